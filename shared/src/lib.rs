@@ -1,1 +1,5 @@
-//! x
+//! What both programs agree on: sequences, patterns, protocol, geometry and the simulated room.
+//!
+//! This crate opens no socket, no window and no camera, and asks no clock.
+
+pub mod geometry;

@@ -3,5 +3,5 @@
 //! This crate opens no socket, no window and no camera, and asks no clock.
 
 pub mod geometry;
-
+pub mod pattern;
 pub mod sequence;

@@ -1,0 +1,71 @@
+//! Where pictures come from: a webcam, a recording, or the simulated room, all behind one
+//! [`Camera`].
+//!
+//! Takes a [`CameraSpec`] and [`CameraSettings`], gives [`Frame`]s of sRGB bytes with a number and
+//! a time. Every source that runs by itself is drained by its own thread into a place for one
+//! frame: the latest frame wins, and each frame that nobody saw is counted. What the pixels mean is
+//! the pipeline's business, not the camera's.
+//!
+//! # Conventions
+//! Times are [`crate::clock::monotonic_now`]'s. A picture is row-major, its origin at the upper
+//! left.
+
+mod error;
+mod frame;
+mod latest;
+mod settings;
+mod spec;
+
+pub use error::CameraError;
+pub use frame::{CaptureFormat, Frame, Losses, PixelFormat, Rate};
+pub use settings::CameraSettings;
+pub use spec::CameraSpec;
+
+use std::time::{Duration, Instant};
+
+/// A source of frames.
+pub trait Camera: Send {
+    /// What the operator should read: name, driver and place of the source, in one line.
+    fn description(&self) -> String;
+
+    /// Size, rate and pixel format of the frames.
+    fn format(&self) -> CaptureFormat;
+
+    /// How many frames were lost since the source was opened, and where.
+    fn losses(&self) -> Losses;
+
+    /// The newest frame that was not given before; waits for one up to `timeout`.
+    ///
+    /// # Errors
+    /// [`CameraError::NoFrame`] when none came in time, [`CameraError::Unplugged`] when the device
+    /// has gone (it is looked for in the background; asking again is right), others when the source
+    /// has ended.
+    fn next_frame(&mut self, timeout: Duration) -> Result<Frame, CameraError>;
+
+    /// The first frame whose exposure began after `instant` (on [`crate::clock::monotonic_now`]'s
+    /// scale).
+    ///
+    /// A frame's stamp is never earlier than the begin of its exposure, and an exposure is never
+    /// longer than one frame interval; so a frame qualifies when its stamp is at least one interval
+    /// after `instant`.
+    ///
+    /// # Errors
+    /// As [`Camera::next_frame`].
+    fn frame_after(&mut self, instant: Duration, timeout: Duration) -> Result<Frame, CameraError> {
+        let earliest_stamp = instant + self.format().rate.interval();
+        let deadline = Instant::now() + timeout;
+        loop {
+            let frame = self.next_frame(deadline.saturating_duration_since(Instant::now()))?;
+            if frame.captured_at >= earliest_stamp {
+                return Ok(frame);
+            }
+        }
+    }
+
+    /// Tells the source what is about to be seen: the stage (`background` or `object`) and what is
+    /// shown, both in the scan folder's words.
+    ///
+    /// A recording answers with the captures of that kind, the simulated room places the object. At
+    /// a real rig a person does that, and nothing happens here.
+    fn expect(&mut self, _stage: &str, _shows: &str) {}
+}

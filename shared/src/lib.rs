@@ -4,4 +4,5 @@
 
 pub mod geometry;
 pub mod pattern;
+pub mod protocol;
 pub mod sequence;

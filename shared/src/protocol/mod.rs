@@ -1,0 +1,41 @@
+#![doc = include_str!("PROTOCOL.md")]
+//!
+//! # In Rust
+//! [`Decoder`] turns received bytes into [`ClientMessage`]s or [`ServerMessage`]s and [`encode`] turns a
+//! message into its line. Neither opens a socket or asks a clock.
+//!
+//! ```
+//! use shared::protocol::{ClientMessage, Command, Decoder, Request, encode};
+//!
+//! let ping = ClientMessage::from(Request { id: 7, command: Command::Ping });
+//! let line = encode(&ping);
+//! assert_eq!(line, "{\"id\":7,\"type\":\"ping\"}\n");
+//!
+//! let mut decoder = Decoder::<ClientMessage>::new();
+//! decoder.push(&line.as_bytes()[..10]);
+//! assert!(decoder.next_message().is_none()); // not all bytes yet
+//! decoder.push(&line.as_bytes()[10..]);
+//! assert_eq!(decoder.next_message(), Some(Ok(ping)));
+//! ```
+
+mod codec;
+mod message;
+mod state;
+
+pub use codec::{DecodeError, Decoder, MAX_LINE_BYTES, Message, encode};
+pub use message::{
+    ClientMessage, Command, ControllerChange, ErrorCode, Hello, Request, Role, ServerMessage, View,
+};
+pub use state::{
+    ColourScore, MAX_CANDIDATES, MAX_TEXT_CHARS, ProjectorState, ScreenInfo, ScreenKind, Selection,
+    Shown,
+};
+
+/// The version of the protocol written here. A peer of another version is refused.
+pub const VERSION: u32 = 1;
+
+/// The TCP port the projector listens on unless told otherwise.
+pub const DEFAULT_PORT: u16 = 4460;
+
+#[cfg(test)]
+mod tests;

@@ -1,4 +1,12 @@
-//! The acquirer: looks at the projected grid through a camera and gives the object's shape.
+//! The camera side of the rig: captures frames, reads the projected grid, chooses its colours, records
+//! scans without and with an object, and gives the object's shape.
+//!
+//! ```text
+//! camera (v4l2, replay, simulated) -> scan -> pipeline -> output
+//! session (latency, colour selection, scan) drives the projector through projector_link
+//! ```
 
 pub mod camera;
 pub mod clock;
+pub mod pipeline;
+pub mod scan;

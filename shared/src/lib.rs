@@ -6,3 +6,4 @@ pub mod geometry;
 pub mod pattern;
 pub mod protocol;
 pub mod sequence;
+pub mod stage;

@@ -1,0 +1,7 @@
+//! The scan folder: captures on disk, what was projected, and where the results go.
+
+mod folder;
+
+pub use folder::{
+    CaptureEntry, FORMAT, ScanError, ScanFolder, ScanManifest, Shows, read_picture, write_whole,
+};

@@ -8,5 +8,6 @@
 
 pub mod camera;
 pub mod clock;
+pub mod output;
 pub mod pipeline;
 pub mod scan;

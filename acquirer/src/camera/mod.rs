@@ -12,9 +12,12 @@
 
 mod error;
 mod frame;
+mod jpeg;
 mod latest;
+mod pixels;
 mod settings;
 mod spec;
+pub mod v4l2;
 
 pub use error::CameraError;
 pub use frame::{CaptureFormat, Frame, Losses, PixelFormat, Rate};
@@ -22,6 +25,10 @@ pub use settings::CameraSettings;
 pub use spec::CameraSpec;
 
 use std::time::{Duration, Instant};
+
+use shared::stage::Stage;
+
+use crate::scan::Shows;
 
 /// A source of frames.
 pub trait Camera: Send {
@@ -62,10 +69,9 @@ pub trait Camera: Send {
         }
     }
 
-    /// Tells the source what is about to be seen: the stage (`background` or `object`) and what is
-    /// shown, both in the scan folder's words.
+    /// Tells the source what is about to be seen.
     ///
-    /// A recording answers with the captures of that kind, the simulated room places the object. At
-    /// a real rig a person does that, and nothing happens here.
-    fn expect(&mut self, _stage: &str, _shows: &str) {}
+    /// A recording answers with the captures of that kind, and the simulated room places the object for
+    /// [`Stage::Object`]. At a real rig a person does that, and nothing happens here.
+    fn expect(&mut self, _shows: Shows, _stage: Stage) {}
 }

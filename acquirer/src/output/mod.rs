@@ -1,3 +1,117 @@
-//! What a scan leaves behind: tables that other programs can read.
+//! What a scan leaves behind in `DIR/results/`: tables, a point cloud, pictures, a report, a summary.
+//!
+//! Takes the scan folder, its captures and the pipeline's result. Every file is written whole or not at all,
+//! and the same scan gives the same bytes: no file holds a time or a path. Files of an earlier run that this
+//! one does not make are removed, so that everything in the folder belongs together. `summary.json` comes
+//! last: where it is, the run was finished.
 
+pub mod error;
+pub mod ply;
 pub mod shift_table;
+pub mod summary;
+pub mod tables;
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+pub use error::OutputError;
+use shift_table::{ShiftRow, write_shift_table};
+pub use summary::Summary;
+
+use crate::{
+    pipeline::result::ScanResult,
+    scan::{ScanFolder, write_whole},
+};
+
+/// Where the results of a scan went.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ResultPaths {
+    /// The folder that holds everything.
+    pub dir: PathBuf,
+    /// `vertices.csv`.
+    pub vertices: PathBuf,
+    /// `shifts.csv`.
+    pub shifts: PathBuf,
+    /// `points.ply`, with a calibration.
+    pub cloud: Option<PathBuf>,
+    /// `points.csv`, with a calibration.
+    pub points: Option<PathBuf>,
+    /// `summary.json`.
+    pub summary: PathBuf,
+}
+
+/// Writes the results of a scan into its `results` folder.
+///
+/// # Errors
+/// [`OutputError`] with the path: a folder or file that can't be written, a full disk.
+pub fn write_results(folder: &ScanFolder, result: &ScanResult) -> Result<ResultPaths, OutputError> {
+    let dir = folder.results_dir();
+    make_dir(&dir)?;
+    let summary_path = dir.join("summary.json");
+    remove_outdated(&summary_path)?;
+
+    let vertices = dir.join("vertices.csv");
+    write_whole(&vertices, tables::vertex_table(result).as_bytes())?;
+    let shifts = dir.join("shifts.csv");
+    let rows: Vec<ShiftRow> = result.shifts.iter().map(ShiftRow::from).collect();
+    write_shift_table(&shifts, &rows)?;
+    let points = write_points(&dir, folder, result)?;
+
+    let mut json = serde_json::to_vec_pretty(&Summary::of(folder, result)).map_err(|source| {
+        OutputError::Summary {
+            path: summary_path.clone(),
+            source,
+        }
+    })?;
+    json.push(b'\n');
+    write_whole(&summary_path, &json)?;
+    let (points, cloud) = points.unzip();
+    Ok(ResultPaths {
+        dir,
+        vertices,
+        shifts,
+        cloud,
+        points,
+        summary: summary_path,
+    })
+}
+
+/// Writes `points.csv` and `points.ply` when the scan is calibrated, else removes old ones.
+fn write_points(
+    dir: &Path,
+    folder: &ScanFolder,
+    result: &ScanResult,
+) -> Result<Option<(PathBuf, PathBuf)>, OutputError> {
+    let (table, cloud) = (dir.join("points.csv"), dir.join("points.ply"));
+    let Some(calibration) = &folder.manifest().calibration else {
+        remove_outdated(&table)?;
+        remove_outdated(&cloud)?;
+        return Ok(None);
+    };
+    write_whole(&table, tables::point_table(&result.surface).as_bytes())?;
+    write_whole(&cloud, &ply::point_cloud(&result.surface, calibration))?;
+    Ok(Some((table, cloud)))
+}
+
+fn make_dir(dir: &Path) -> Result<(), OutputError> {
+    fs::create_dir_all(dir).map_err(|source| OutputError::Folder {
+        path: dir.to_owned(),
+        source,
+    })
+}
+
+/// Removes a file of an earlier run, if there is one.
+fn remove_outdated(path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => Err(OutputError::Outdated {
+            path: path.to_owned(),
+            source,
+        }),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

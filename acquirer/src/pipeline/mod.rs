@@ -11,6 +11,7 @@
 //! y down, z forward.
 
 pub mod grid;
+pub mod result;
 pub mod shift;
 pub mod surface;
 

@@ -1,0 +1,185 @@
+//! A scan made by formulas: a wall 1000 mm away, and a box 150 mm before it that covers 5 x 5 crossings.
+
+use std::path::Path;
+
+use image::{Rgb as Pixel, RgbImage};
+use shared::{
+    geometry::CameraPixel,
+    pattern::{Axis, Corner, GridIndex, GridSettings, RasterSize},
+    stage::Stage,
+};
+
+use crate::{
+    pipeline::{
+        Method, Projected, StagePicture, StageReading,
+        grid::{DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LinePoint, LineTrack},
+        result::ScanResult,
+        shift::{THESIS_DEPTH_PER_PX, find_shifts},
+        surface::SurfacePoint,
+    },
+    scan::{ScanFolder, Shows},
+};
+
+/// Size of the camera's picture.
+pub(super) const CAMERA: RasterSize = RasterSize {
+    width: 640,
+    height: 480,
+};
+/// Distance of wall and box, in millimetres.
+pub(super) const WALL_MM: f64 = 1000.0;
+pub(super) const BOX_MM: f64 = 850.0;
+/// Rows and columns whose crossings lie on the box.
+const BOX: std::ops::RangeInclusive<u16> = 5..=9;
+const FOCAL_PX: f64 = 600.0;
+const PITCH_MM: f64 = 48.0;
+
+/// Whether a crossing lies on the box.
+pub(super) fn on_box(index: GridIndex) -> bool {
+    BOX.contains(&index.row) && BOX.contains(&index.column)
+}
+
+fn distance_mm(index: GridIndex, stage: Stage) -> f64 {
+    if stage == Stage::Object && on_box(index) {
+        BOX_MM
+    } else {
+        WALL_MM
+    }
+}
+
+/// Where a place of the grid lies in space: the projector stands 200 mm to the left of the camera.
+fn position_mm(row: f64, column: f64, z: f64) -> [f64; 3] {
+    let x = (column - 7.0) * PITCH_MM * z / WALL_MM + 200.0 * (z / WALL_MM - 1.0);
+    [x, (row - 7.0) * PITCH_MM * z / WALL_MM, z]
+}
+
+fn seen([x, y, z]: [f64; 3]) -> CameraPixel {
+    CameraPixel::new(320.0 + FOCAL_PX * x / z, 240.0 + FOCAL_PX * y / z)
+}
+
+fn corner_position(index: GridIndex, corner: Corner, z: f64) -> [f64; 3] {
+    let side = |far: bool| if far { 0.06 } else { -0.06 };
+    position_mm(
+        f64::from(index.row) + side(corner.is_lower()),
+        f64::from(index.column) + side(corner.is_right()),
+        z,
+    )
+}
+
+fn indices() -> impl Iterator<Item = GridIndex> {
+    (0..15).flat_map(|row| (0..15).map(move |column| GridIndex { row, column }))
+}
+
+fn reading(stage: Stage) -> StageReading {
+    let crossings = indices()
+        .filter(|index| index.row != 14 || index.column != 14)
+        .map(|index| {
+            let z = distance_mm(index, stage);
+            DecodedCrossing {
+                index,
+                centre: seen(position_mm(index.row.into(), index.column.into(), z)),
+                vertices: Corner::ALL.map(|corner| seen(corner_position(index, corner, z))),
+                confidence: 0.98,
+            }
+        })
+        .collect();
+    let track = |axis, k: u16| LineTrack {
+        axis,
+        line: Some(k),
+        points: (0..29)
+            .map(|step| {
+                let along = f64::from(step) / 2.0;
+                let (row, column) = match axis {
+                    Axis::Row => (f64::from(k), along),
+                    Axis::Column => (along, f64::from(k)),
+                };
+                LinePoint {
+                    position: seen(position_mm(row, column, WALL_MM)),
+                    half_width_px: 2.0,
+                    confidence: 0.9,
+                }
+            })
+            .collect(),
+    };
+    StageReading {
+        grid: DecodedGrid {
+            crossings,
+            dropped: vec![DroppedCrossing {
+                centre: CameraPixel::new(600.0, 440.0),
+                reason: DropReason::TooDark,
+            }],
+            tracks: (0..15)
+                .flat_map(|k| Axis::BOTH.map(|axis| track(axis, k)))
+                .collect(),
+        },
+        pictures: vec![StagePicture {
+            name: "gain",
+            caption: "Light of the projector, without the room's & the surface's <share>.".into(),
+            picture: picture(60),
+        }],
+    }
+}
+
+fn surface() -> Vec<SurfacePoint> {
+    indices()
+        .flat_map(|index| {
+            let z = distance_mm(index, Stage::Object);
+            Corner::ALL.map(|corner| SurfacePoint {
+                row: Some(index.row),
+                column: Some(index.column),
+                corner: Some(corner),
+                position_mm: corner_position(index, corner, z),
+                colour: [200, 150, 100],
+                confidence: 0.98,
+            })
+        })
+        .chain([SurfacePoint {
+            row: None,
+            column: Some(3),
+            corner: None,
+            position_mm: position_mm(2.5, 3.0, WALL_MM),
+            colour: [10, 20, 30],
+            confidence: 0.5,
+        }])
+        .collect()
+}
+
+fn picture(grey: u8) -> RgbImage {
+    RgbImage::from_fn(CAMERA.width, CAMERA.height, |x, y| {
+        Pixel([grey, (x % 64) as u8, (y % 64) as u8])
+    })
+}
+
+/// A recorded scan with one capture of each kind; calibrated in name only, which is all that output needs.
+pub(super) fn recorded(dir: &Path, calibrated: bool) -> ScanFolder {
+    let projected = Projected {
+        pattern: GridSettings::default(),
+        raster: RasterSize {
+            width: 1024,
+            height: 768,
+        },
+    };
+    let mut folder = ScanFolder::create(dir, &projected, CAMERA).unwrap();
+    for stage in Stage::BOTH {
+        for (shows, grey) in Shows::RECORDING.into_iter().zip([10, 200, 80, 90]) {
+            folder.add_capture(stage, shows, &picture(grey)).unwrap();
+        }
+    }
+    if calibrated {
+        folder.set_calibration("{}").unwrap();
+    }
+    folder
+}
+
+/// What the pipeline gives for this scan.
+pub(super) fn result(calibrated: bool) -> ScanResult {
+    let (background, object) = (reading(Stage::Background), reading(Stage::Object));
+    ScanResult {
+        method: Method::Likelihood,
+        depth_per_px: THESIS_DEPTH_PER_PX,
+        shifts: find_shifts(&background.grid, &object.grid, THESIS_DEPTH_PER_PX),
+        background: Some(background),
+        object: Some(object),
+        surface: if calibrated { surface() } else { Vec::new() },
+        settings: serde_json::json!({"lines": {"sigma_px": 1.5}}),
+    }
+}

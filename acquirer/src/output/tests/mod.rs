@@ -1,0 +1,5 @@
+//! What lies in the results folder, read back the way another program would.
+
+mod fixture;
+
+mod files;

@@ -1,0 +1,36 @@
+//! All that the pipeline gives for one scan: both stages, the shifts between them, the surface.
+
+use shared::stage::Stage;
+
+use super::{Method, StageReading, shift::Shift, surface::SurfacePoint};
+
+/// The products of one scan. A stage that was not recorded is `None`; without a calibration there is no
+/// surface.
+#[derive(Debug, Clone, Default)]
+pub struct ScanResult {
+    /// The reading method that was used.
+    pub method: Method,
+    /// Relative depth for one camera pixel of shift, as used for [`Self::shifts`].
+    pub depth_per_px: f64,
+    /// The scene before the object was put in.
+    pub background: Option<StageReading>,
+    /// The scene with the object.
+    pub object: Option<StageReading>,
+    /// The vertices read in both stages.
+    pub shifts: Vec<Shift>,
+    /// Points of the object stage in millimetres, in the camera frame.
+    pub surface: Vec<SurfacePoint>,
+    /// The effective settings of the pipeline, for the report and the summary; `Null` when there are none.
+    pub settings: serde_json::Value,
+}
+
+impl ScanResult {
+    /// The reading of one stage.
+    #[must_use]
+    pub fn stage(&self, stage: Stage) -> Option<&StageReading> {
+        match stage {
+            Stage::Background => self.background.as_ref(),
+            Stage::Object => self.object.as_ref(),
+        }
+    }
+}

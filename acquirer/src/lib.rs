@@ -10,4 +10,5 @@ pub mod camera;
 pub mod clock;
 pub mod output;
 pub mod pipeline;
+pub mod projector_link;
 pub mod scan;

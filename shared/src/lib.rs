@@ -2,6 +2,7 @@
 //!
 //! This crate opens no socket, no window and no camera, and asks no clock.
 
+pub mod field;
 pub mod geometry;
 pub mod pattern;
 pub mod protocol;

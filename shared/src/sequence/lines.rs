@@ -4,7 +4,8 @@
 //! symbols are the first terms of the m-sequence that starts in the state 0..0 1, so every window
 //! of `window_order` adjacent lines occurs only once.
 
-use super::SequenceError;
+use super::{Sequence, SequenceError};
+use crate::field::{Element, appendix_a};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -23,6 +24,12 @@ pub enum Alphabet {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Symbol(pub u8);
+
+impl From<Symbol> for Element {
+    fn from(symbol: Symbol) -> Self {
+        Self::from_index(u16::from(symbol.0))
+    }
+}
 
 impl fmt::Display for Symbol {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -58,36 +65,22 @@ pub fn window_order(alphabet: Alphabet, lines: usize) -> Result<usize, SequenceE
 /// # Errors
 /// [`SequenceError::UnsupportedLines`] unless `lines` is 15, 31, 63, 127 or 255.
 pub fn line_symbols(alphabet: Alphabet, lines: usize) -> Result<Vec<Symbol>, SequenceError> {
-    let order = window_order(alphabet, lines)?;
-    let feedback: &[u8] = match (alphabet, order) {
-        (Alphabet::Two, 4) => &[1, 1, 0, 0],
-        (Alphabet::Two, 5) => &[1, 0, 1, 0, 0],
-        (Alphabet::Two, 6) => &[1, 1, 0, 0, 0, 0],
-        (Alphabet::Two, 7) => &[1, 1, 0, 0, 0, 0, 0],
-        (Alphabet::Two, _) => &[1, 1, 0, 0, 0, 1, 1, 0],
-        (Alphabet::Four, 2) => &[2, 1],
-        (Alphabet::Four, 3) => &[2, 1, 1],
-        (Alphabet::Four, _) => &[3, 2, 1, 0],
-    };
-    let mut symbols = vec![0; order];
-    symbols[order - 1] = 1;
-    while symbols.len() < lines {
-        let window = &symbols[symbols.len() - order..];
-        let next = feedback
-            .iter()
-            .zip(window)
-            .fold(0, |sum, (&h, &b)| sum ^ product(h, b));
-        symbols.push(next);
-    }
-    Ok(symbols.into_iter().map(Symbol).collect())
+    let sequence = line_sequence(alphabet, window_order(alphabet, lines)?)?;
+    // At most four elements, so an index fits in a byte.
+    let symbols = sequence
+        .symbols()
+        .iter()
+        .map(|element| Symbol(element.index() as u8));
+    Ok(symbols.take(lines).collect())
 }
 
-/// The product of two elements of GF(4); the elements of GF(2) are the first two of them.
-fn product(a: u8, b: u8) -> u8 {
-    match (a, b) {
-        (0, _) | (_, 0) => 0,
-        _ => (a + b - 2) % 3 + 1,
-    }
+/// The whole sequence whose first terms are the symbols of the lines.
+pub(super) fn line_sequence(alphabet: Alphabet, order: usize) -> Result<Sequence, SequenceError> {
+    let field = appendix_a::field(match alphabet {
+        Alphabet::Two => 2,
+        Alphabet::Four => 4,
+    })?;
+    Sequence::new(&field, &appendix_a::primitive_polynomial(&field, order)?)
 }
 
 #[cfg(test)]

@@ -7,4 +7,5 @@ pub mod geometry;
 pub mod pattern;
 pub mod protocol;
 pub mod sequence;
+pub mod simulation;
 pub mod stage;

@@ -1,0 +1,291 @@
+//! A room in one of its two stages, and the frames that its camera takes.
+//!
+//! Takes a scene and what the projector shows, gives camera frames. The room stands still, so everything but the
+//! projector's light is worked out once: four rays per camera pixel find the surface, where on the projector's
+//! raster its light comes from, how much of it arrives (distance, angle, shadow, vignetting, colour, gloss) and the
+//! ambient light. A frame is then four look-ups per pixel and the sensor. Left out: light that reaches a surface
+//! by way of another one, and lenses that are out of focus at some depths only.
+
+use std::time::Duration;
+
+use image::RgbImage;
+use nalgebra::{Vector3, Vector4};
+use rayon::prelude::*;
+
+use super::{
+    light::ProjectedLight,
+    scene::Scene,
+    sensor::Sensor,
+    solid::{Hit, Solid, first_hit, is_free},
+    surface::albedo_of,
+    timeline::Timeline,
+};
+use crate::{
+    geometry::{CameraPixel, Pose, ProjectorPixel, Ray, RigCalibration},
+    stage::Stage,
+};
+
+/// Where in a pixel its four rays go, px from its corner.
+const SUBPIXELS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+
+/// Light from so far beside the raster is none, px: beyond a pixel, blur has nothing left to say.
+const BESIDE_PX: f64 = 1.0;
+
+/// A place counts as the one a ray was sent to when the ray ends this near to it, mm.
+pub(super) const SAME_PLACE_MM: f64 = 0.01;
+
+/// A scene in one stage, ready to give frames.
+#[derive(Debug, Clone)]
+pub struct Room {
+    pub(super) stage: Stage,
+    pub(super) rig: RigCalibration,
+    room_from_camera: Pose,
+    projector_mm: Vector3<f64>,
+    pub(super) solids: Vec<Solid>,
+    sensor: Sensor,
+    exposure: Duration,
+    readout: Duration,
+    pixels: Vec<Pixel>,
+    /// Pixels in a row.
+    width: usize,
+}
+
+/// The light that a camera pixel gathers, apart from what the projector shows.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pixel {
+    ambient: [f32; 3],
+    lit: [Lit; 4],
+}
+
+/// One of a pixel's four rays: where on the projector its light comes from and how much of it arrives.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lit {
+    at: [f32; 2],
+    share: [f32; 3],
+}
+
+/// A place that a camera ray ends at.
+pub(super) struct Sight {
+    pub(super) hit: Hit,
+    /// Where on the projector's raster its light comes from; `None` in shadow and beside the raster.
+    pub(super) projector: Option<ProjectorPixel>,
+}
+
+impl Room {
+    /// Works out the room: about a second for 640 x 480 on two cores.
+    #[must_use]
+    pub fn new(scene: &Scene, stage: Stage) -> Self {
+        let mut room = Self {
+            stage,
+            rig: scene.calibration(),
+            room_from_camera: scene.room_from_camera,
+            projector_mm: scene.room_from_projector.translation_mm,
+            solids: scene.solids(stage),
+            sensor: Sensor::new(&scene.camera, scene.random()),
+            exposure: scene.exposure(),
+            readout: scene.readout(),
+            pixels: Vec::new(),
+            width: scene.camera.width as usize,
+        };
+        let count = room.width * scene.camera.height as usize;
+        room.pixels = (0..count)
+            .into_par_iter()
+            .map(|index| room.pixel(scene, index))
+            .collect();
+        room
+    }
+
+    /// The frame that the camera takes while the projector shows one picture all the time.
+    ///
+    /// The same light and frame number give the same bytes.
+    #[must_use]
+    pub fn render(&self, light: &ProjectedLight, frame_number: u64) -> RgbImage {
+        self.frame(|_| vec![(light, 1.0)], frame_number)
+    }
+
+    /// The frame whose exposure began at a time of the timeline.
+    ///
+    /// Each row gathers what was on during its own exposure, so that a frame is torn or mixed where the picture
+    /// changed meanwhile.
+    #[must_use]
+    pub fn render_at(
+        &self,
+        timeline: &Timeline,
+        exposure_start: Duration,
+        frame_number: u64,
+    ) -> RgbImage {
+        let rows = (self.pixels.len() / self.width) as f64;
+        let lights = |row: usize| {
+            let start = exposure_start.saturating_add(self.readout.mul_f64(row as f64 / rows));
+            timeline.between(start, start.saturating_add(self.exposure))
+        };
+        self.frame(lights, frame_number)
+    }
+
+    /// The projector position whose light falls on what the camera sees at a position (px).
+    ///
+    /// `None` where it sees nothing, a shadow, or something that the projector's raster does not reach.
+    #[must_use]
+    pub fn projector_at(&self, at: CameraPixel) -> Option<ProjectorPixel> {
+        self.sight(at)?.projector
+    }
+
+    /// The point (mm, camera frame) that the camera sees at a position (px).
+    #[must_use]
+    pub fn point_at(&self, at: CameraPixel) -> Option<Vector3<f64>> {
+        let sight = self.sight(at)?;
+        Some(self.room_from_camera.inverse().point(&sight.hit.point))
+    }
+
+    fn frame<'a>(
+        &self,
+        lights: impl Fn(usize) -> Vec<(&'a ProjectedLight, f32)> + Sync,
+        frame_number: u64,
+    ) -> RgbImage {
+        let mut signal = vec![[0.0_f32; 3]; self.pixels.len()];
+        let rows = signal
+            .par_chunks_mut(self.width)
+            .zip(self.pixels.par_chunks(self.width));
+        rows.enumerate().for_each(|(row, (signal, pixels))| {
+            for (signal, pixel) in signal.iter_mut().zip(pixels) {
+                *signal = pixel.ambient;
+            }
+            for (light, share) in lights(row) {
+                for (signal, pixel) in signal.iter_mut().zip(pixels) {
+                    let gathered = pixel.gather(light) * share;
+                    signal
+                        .iter_mut()
+                        .zip(gathered.iter())
+                        .for_each(|(s, g)| *s += g);
+                }
+            }
+        });
+        self.sensor.expose(signal, frame_number)
+    }
+
+    /// What the camera sees at a position, px.
+    pub(super) fn sight(&self, at: CameraPixel) -> Option<Sight> {
+        let ahead = self.rig.camera.unproject(at.x, at.y)?;
+        let ray = Ray::through(
+            self.room_from_camera.translation_mm,
+            self.room_from_camera.point(&ahead),
+        )?;
+        let hit = first_hit(&self.solids, &ray)?;
+        let projector = self
+            .light_source(&hit)
+            .filter(|_| is_free(&self.solids, &hit, &self.projector_mm));
+        Some(Sight { hit, projector })
+    }
+
+    /// What the light of a projector position falls on first.
+    pub(super) fn lit_place(&self, at: ProjectorPixel) -> Option<Hit> {
+        let ray = self.rig.projector_ray(at)?;
+        let ahead = self.room_from_camera.point(&ray.at(1.0));
+        first_hit(&self.solids, &Ray::through(self.projector_mm, ahead)?)
+    }
+
+    /// Where the camera sees a place, if nothing hides it.
+    pub(super) fn seen_at(&self, hit: &Hit) -> Option<CameraPixel> {
+        let pixel = self.rig.camera_pixel(&self.in_camera(&hit.point))?;
+        let inside = self.rig.camera.contains(pixel.x, pixel.y);
+        let camera = &self.room_from_camera.translation_mm;
+        let faces = hit.normal.dot(&(camera - hit.point)) > 0.0;
+        (inside && faces && is_free(&self.solids, hit, camera)).then_some(pixel)
+    }
+
+    /// A point of the room in the camera's frame, mm.
+    pub(super) fn in_camera(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.room_from_camera.inverse().point(point)
+    }
+
+    /// A direction of the room in the camera's frame.
+    pub(super) fn direction_in_camera(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.room_from_camera.inverse().direction(direction)
+    }
+
+    /// The projector position that would light a place if nothing stood between.
+    fn light_source(&self, hit: &Hit) -> Option<ProjectorPixel> {
+        let faces = hit.normal.dot(&(self.projector_mm - hit.point)) > 0.0;
+        let at = self
+            .rig
+            .projector_pixel(&self.in_camera(&hit.point))
+            .filter(|_| faces)?;
+        let reach = |length: u32| -BESIDE_PX..f64::from(length) + BESIDE_PX;
+        let lens = &self.rig.projector;
+        (reach(lens.width).contains(&at.x) && reach(lens.height).contains(&at.y)).then_some(at)
+    }
+
+    fn pixel(&self, scene: &Scene, index: usize) -> Pixel {
+        let (x, y) = ((index % self.width) as f64, (index / self.width) as f64);
+        let mut pixel = Pixel::default();
+        for (lit, [dx, dy]) in pixel.lit.iter_mut().zip(SUBPIXELS) {
+            let Some(sight) = self.sight(CameraPixel::new(x + dx, y + dy)) else {
+                continue;
+            };
+            let albedo = self.solids[sight.hit.solid].albedo(&sight.hit);
+            let ambient = ambient_light(scene, &sight.hit);
+            for c in 0..3 {
+                pixel.ambient[c] += albedo[c] * ambient[c] / 4.0;
+            }
+            if let Some(at) = sight.projector {
+                *lit = self.lit(scene, &sight.hit, at, albedo);
+            }
+        }
+        pixel
+    }
+
+    /// How much of the projector's light a place gives back towards the camera (Lambert, and Blinn's lobe).
+    fn lit(&self, scene: &Scene, hit: &Hit, at: ProjectorPixel, albedo: [f32; 3]) -> Lit {
+        let surface = &self.solids[hit.solid].surface;
+        let to_light = self.projector_mm - hit.point;
+        let to_eye = self.room_from_camera.translation_mm - hit.point;
+        let arriving = (scene.reference_mm / to_light.norm()).powi(2) * vignette(scene, at) / 4.0;
+        let cosine = hit.shading_normal.dot(&to_light.normalize()).max(0.0);
+        let halfway = to_light.normalize() + to_eye.normalize();
+        let mirrored = halfway
+            .try_normalize(1e-9)
+            .map_or(0.0, |h| hit.shading_normal.dot(&h).max(0.0));
+        let lobe = (surface.gloss_exponent + 8.0) / 8.0 * mirrored.powf(surface.gloss_exponent);
+        let gloss = (surface.gloss * lobe * cosine * arriving) as f32;
+        let diffuse = ((1.0 - surface.gloss) * cosine * arriving) as f32;
+        Lit {
+            at: [at.x as f32, at.y as f32],
+            share: albedo.map(|a| a * diffuse + gloss),
+        }
+    }
+}
+
+impl Pixel {
+    /// The projector's light that this pixel gathers, before the sensor.
+    #[inline]
+    fn gather(&self, light: &ProjectedLight) -> Vector4<f32> {
+        let mut sum = Vector4::zeros();
+        for lit in self.lit.iter().filter(|lit| lit.share != [0.0; 3]) {
+            let [r, g, b] = lit.share;
+            sum += light
+                .at(lit.at[0], lit.at[1])
+                .component_mul(&Vector4::new(r, g, b, 0.0));
+        }
+        sum
+    }
+}
+
+/// The ambient light on a place; 1 is as much as the projector's white at its reference distance.
+fn ambient_light(scene: &Scene, hit: &Hit) -> [f32; 3] {
+    let table = &scene.ambient;
+    // y points down: a surface that looks up has a negative y
+    let upwards = (1.0 - hit.shading_normal.y) / 2.0;
+    let level = table.level * (1.0 - table.from_above + table.from_above * upwards);
+    albedo_of(table.colour).map(|c| c * level as f32)
+}
+
+/// The share of light that vignetting leaves, falling with the square of the distance from the raster's middle.
+fn vignette(scene: &Scene, at: ProjectorPixel) -> f64 {
+    let (w, h) = (
+        f64::from(scene.projector.width),
+        f64::from(scene.projector.height),
+    );
+    let corner2 = (w * w + h * h) / 4.0;
+    let distance2 = (at.x - w / 2.0).powi(2) + (at.y - h / 2.0).powi(2);
+    1.0 - scene.projector.vignetting * (distance2 / corner2).min(1.0)
+}

@@ -1,0 +1,205 @@
+//! What is true of a simulated scan: where each vertex of the grid really falls, and whether it can be seen.
+//!
+//! Takes a grid, gives one entry per vertex that the projector lights and the camera sees, through both lenses'
+//! distortion, without noise or blur.
+
+use std::{fmt, io};
+
+use nalgebra::Vector3;
+
+use super::{
+    room::{Room, SAME_PLACE_MM},
+    solid::Hit,
+};
+use crate::{
+    geometry::{CameraPixel, Plane, ProjectorPixel},
+    pattern::{Axis, Corner, Grid, GridIndex, RasterSize},
+    stage::Stage,
+};
+
+/// How far beyond the lines' width a crossing's surroundings reach, in widths of the lines.
+const SURROUNDINGS: f64 = 1.0;
+
+/// The surroundings are looked at on a lattice of so many places along each side.
+const LATTICE: i32 = 9;
+
+/// Two neighbouring places lie on an unbroken surface when their normals differ by less than this, as a cosine:
+/// 25 degrees, so a cylinder is whole and the edge of a box is not.
+const UNBROKEN_COSINE: f64 = 0.906;
+
+/// ... and neither is further off the other's tangent plane than this share of their distance.
+const UNBROKEN_STEP: f64 = 0.5;
+
+/// A clear crossing's surroundings keep this distance from the border of the picture, px.
+const BORDER_PX: f64 = 1.0;
+
+/// The true place of one vertex of the grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruthVertex {
+    /// In which stage.
+    pub stage: Stage,
+    /// Which crossing.
+    pub index: GridIndex,
+    /// Which of its four vertices.
+    pub corner: Corner,
+    /// Where the camera sees it.
+    pub camera: CameraPixel,
+    /// The point, mm, camera frame.
+    pub point_mm: Vector3<f64>,
+    /// Whether the crossing's surroundings (the crossing and a line width beyond it) are whole: on one unbroken
+    /// surface, lit and seen everywhere.
+    pub clear: bool,
+    /// Distance to the next line of the grid on the same surface, px: the smaller of the two directions.
+    pub pitch_px: f64,
+}
+
+impl Room {
+    /// Every vertex of the grid that the projector lights and the camera sees.
+    ///
+    /// `size` is that of the raster that the grid was drawn on; a raster of another size than the projector's is
+    /// stretched over it.
+    #[must_use]
+    pub fn truth(&self, grid: &Grid, size: RasterSize) -> Vec<TruthVertex> {
+        let crossings =
+            (0..grid.rows()).flat_map(|row| (0..grid.columns()).map(move |column| (row, column)));
+        crossings
+            .filter_map(|(row, column)| {
+                Some(GridIndex {
+                    row: u16::try_from(row).ok()?,
+                    column: u16::try_from(column).ok()?,
+                })
+            })
+            .flat_map(|index| self.crossing(grid, index, size))
+            .collect()
+    }
+
+    fn crossing(&self, grid: &Grid, index: GridIndex, size: RasterSize) -> Vec<TruthVertex> {
+        let lens = &self.rig.projector;
+        let scale_x = f64::from(lens.width) / f64::from(size.width.max(1));
+        let scale_y = f64::from(lens.height) / f64::from(size.height.max(1));
+        let native = |at: ProjectorPixel| ProjectorPixel::new(at.x * scale_x, at.y * scale_y);
+        let low = native(grid.vertex(index, Corner::UpperLeft, size));
+        let high = native(grid.vertex(index, Corner::LowerRight, size));
+        let pitch_x = grid.pitch_px(Axis::Column, size) * scale_x;
+        let pitch_y = grid.pitch_px(Axis::Row, size) * scale_y;
+        let clear = self.is_clear(low, high);
+        let vertex = |corner| {
+            let at = native(grid.vertex(index, corner, size));
+            let hit = self.lit_place(at).filter(|_| lens.contains(at.x, at.y))?;
+            let camera = self.seen_at(&hit)?;
+            let x = self.stretch_px(&hit, at, camera, (1.0, 0.0)) * pitch_x;
+            let y = self.stretch_px(&hit, at, camera, (0.0, 1.0)) * pitch_y;
+            let point_mm = self.in_camera(&hit.point);
+            Some(TruthVertex {
+                stage: self.stage,
+                index,
+                corner,
+                camera,
+                point_mm,
+                clear,
+                pitch_px: x.min(y),
+            })
+        };
+        Corner::ALL.into_iter().filter_map(vertex).collect()
+    }
+
+    /// How many camera px one projector px covers at a place, along a direction on the projector.
+    fn stretch_px(
+        &self,
+        hit: &Hit,
+        at: ProjectorPixel,
+        camera: CameraPixel,
+        (dx, dy): (f64, f64),
+    ) -> f64 {
+        let beside = ProjectorPixel::new(at.x + dx, at.y + dy);
+        let on_tangent = self.rig.projector_ray(beside).and_then(|ray| {
+            let normal = self.direction_in_camera(&hit.normal);
+            let point = self.in_camera(&hit.point);
+            let plane = Plane {
+                normal,
+                offset_mm: normal.dot(&point),
+            };
+            self.rig.camera_pixel(&ray.meet_plane(&plane)?)
+        });
+        on_tangent.map_or(0.0, |there| (there.x - camera.x).hypot(there.y - camera.y))
+    }
+
+    fn is_clear(&self, low: ProjectorPixel, high: ProjectorPixel) -> bool {
+        let (reach_x, reach_y) = (
+            SURROUNDINGS * (high.x - low.x),
+            SURROUNDINGS * (high.y - low.y),
+        );
+        let along =
+            |from: f64, to: f64, k: i32| from + (to - from) * f64::from(k) / f64::from(LATTICE - 1);
+        let lens = &self.rig.projector;
+        let places: Option<Vec<Hit>> = (0..LATTICE * LATTICE)
+            .map(|k| {
+                let x = along(low.x - reach_x, high.x + reach_x, k % LATTICE);
+                let y = along(low.y - reach_y, high.y + reach_y, k / LATTICE);
+                let hit = self
+                    .lit_place(ProjectorPixel::new(x, y))
+                    .filter(|_| lens.contains(x, y))?;
+                let seen = self.seen_at(&hit)?;
+                self.is_inside(seen).then_some(hit)
+            })
+            .collect();
+        places.is_some_and(|places| is_whole(&places))
+    }
+
+    fn is_inside(&self, at: CameraPixel) -> bool {
+        let lens = &self.rig.camera;
+        let from_border = |v: f64, length: u32| v.min(f64::from(length) - v);
+        from_border(at.x, lens.width) >= BORDER_PX && from_border(at.y, lens.height) >= BORDER_PX
+    }
+}
+
+/// Whether neighbours on the lattice lie on one smooth surface.
+fn is_whole(places: &[Hit]) -> bool {
+    let side = LATTICE as usize;
+    let beside = (0..places.len())
+        .filter(|k| k % side + 1 < side)
+        .map(|k| (k, k + 1));
+    let below = (side..places.len()).map(|k| (k - side, k));
+    beside
+        .chain(below)
+        .all(|(a, b)| is_unbroken(&places[a], &places[b]))
+}
+
+fn is_unbroken(a: &Hit, b: &Hit) -> bool {
+    let step = b.point - a.point;
+    let off = a.normal.dot(&step).abs().max(b.normal.dot(&step).abs());
+    a.normal.dot(&b.normal) > UNBROKEN_COSINE && off <= UNBROKEN_STEP * step.norm() + SAME_PLACE_MM
+}
+
+/// Writes truth as the table `truth.csv`: one line per vertex, camera px in edge coordinates, mm in the camera frame.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_truth_csv(truth: &[TruthVertex], mut to: impl io::Write) -> io::Result<()> {
+    writeln!(
+        to,
+        "stage,row,column,vertex,x_px,y_px,x_mm,y_mm,z_mm,clear,pitch_px"
+    )?;
+    truth.iter().try_for_each(|vertex| writeln!(to, "{vertex}"))
+}
+
+impl fmt::Display for TruthVertex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let GridIndex { row, column } = self.index;
+        let (px, mm) = (self.camera, self.point_mm);
+        write!(
+            f,
+            "{},{row},{column},{},{:.3},{:.3},",
+            self.stage, self.corner, px.x, px.y
+        )?;
+        write!(
+            f,
+            "{:.3},{:.3},{:.3},{},{:.1}",
+            mm.x,
+            mm.y,
+            mm.z,
+            u8::from(self.clear),
+            self.pitch_px
+        )
+    }
+}

@@ -7,6 +7,7 @@
 //! ```
 
 pub mod camera;
+pub mod cli;
 pub mod clock;
 pub mod output;
 pub mod pipeline;

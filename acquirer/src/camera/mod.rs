@@ -15,13 +15,19 @@ mod frame;
 mod jpeg;
 mod latest;
 mod pixels;
+mod replay;
+mod scenes;
 mod settings;
+mod simulated;
 mod spec;
 pub mod v4l2;
 
 pub use error::CameraError;
 pub use frame::{CaptureFormat, Frame, Losses, PixelFormat, Rate};
+pub use replay::ReplayCamera;
+pub use scenes::{load_scene, scene_file, scenes};
 pub use settings::CameraSettings;
+pub use simulated::SimulatedCamera;
 pub use spec::CameraSpec;
 
 use std::time::{Duration, Instant};
@@ -71,7 +77,35 @@ pub trait Camera: Send {
 
     /// Tells the source what is about to be seen.
     ///
-    /// A recording answers with the captures of that kind, and the simulated room places the object for
-    /// [`Stage::Object`]. At a real rig a person does that, and nothing happens here.
+    /// A recording answers with the captures of that kind, and the simulated room places the object
+    /// for [`Stage::Object`]. At a real rig a person does that, and nothing happens here.
     fn expect(&mut self, _shows: Shows, _stage: Stage) {}
+}
+
+/// Opens a source of frames.
+///
+/// `projector` is the projector's `HOST:PORT`; the simulated room needs it to learn what is on its
+/// wall.
+///
+/// # Errors
+/// When there is no such source or it cannot be used; the message says what there is instead.
+pub fn open_camera(
+    spec: &CameraSpec,
+    settings: &CameraSettings,
+    projector: Option<&str>,
+) -> Result<Box<dyn Camera>, CameraError> {
+    match spec {
+        CameraSpec::Device(path) => Ok(Box::new(v4l2::V4l2Camera::open(path, settings)?)),
+        CameraSpec::Replay(folder) => Ok(Box::new(ReplayCamera::open(folder)?)),
+        CameraSpec::Simulated(scene) => {
+            let Some(projector) = projector else {
+                let reason = "it needs a running projector: give --projector HOST:PORT".into();
+                return Err(CameraError::Simulation {
+                    scene: scene.clone(),
+                    reason,
+                });
+            };
+            Ok(Box::new(SimulatedCamera::open(scene, projector)?))
+        }
+    }
 }

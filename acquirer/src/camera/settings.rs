@@ -1,7 +1,5 @@
 //! What is asked of a camera when it is opened.
 
-use std::time::Duration;
-
 use serde::{Deserialize, Serialize};
 
 /// Wishes for the frames; the nearest that the camera offers is taken.
@@ -17,10 +15,6 @@ pub struct CameraSettings {
     /// V4L2 code of the only pixel format allowed (`YUYV`, `NV12`, `RGB3`, `BGR3`, `MJPG`, `GREY`);
     /// empty for the best.
     pub pixel_format: String,
-    /// Simulated room: time from the projector's notice to light on the scene, in milliseconds.
-    pub simulated_latency_ms: f64,
-    /// Simulated room: that time varies by up to this much to either side, in milliseconds.
-    pub simulated_jitter_ms: f64,
 }
 
 impl Default for CameraSettings {
@@ -30,31 +24,6 @@ impl Default for CameraSettings {
             height: 480,
             max_rate: 30,
             pixel_format: String::new(),
-            simulated_latency_ms: 50.0,
-            simulated_jitter_ms: 5.0,
         }
-    }
-}
-
-impl CameraSettings {
-    /// Simulated time from the projector's notice to light on the scene.
-    #[must_use]
-    pub fn simulated_latency(&self) -> Duration {
-        milliseconds(self.simulated_latency_ms)
-    }
-
-    /// Half the range over which that time varies.
-    #[must_use]
-    pub fn simulated_jitter(&self) -> Duration {
-        milliseconds(self.simulated_jitter_ms)
-    }
-}
-
-/// Anything that is not a time a display could take counts as zero or as ten seconds.
-fn milliseconds(value: f64) -> Duration {
-    if value.is_nan() {
-        Duration::ZERO
-    } else {
-        Duration::from_secs_f64(value.clamp(0.0, 10_000.0) / 1000.0)
     }
 }

@@ -1,0 +1,3 @@
+//! The commands of the acquirer, one file each.
+
+pub mod cameras;

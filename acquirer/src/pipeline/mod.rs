@@ -10,6 +10,10 @@
 //! right, y down. Rows and columns are counted from 0. Millimetres are in the camera frame: x right,
 //! y down, z forward.
 
+pub mod thesis;
+
+pub mod colour_choice;
+
 pub mod grid;
 pub mod result;
 pub mod shift;
@@ -17,8 +21,43 @@ pub mod surface;
 
 use image::RgbImage;
 use shared::pattern::{GridSettings, RasterSize, Rgb};
+use thiserror::Error;
 
 use grid::DecodedGrid;
+
+/// Why captures can't be read at all. A picture without a readable grid is no error but a result.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum PipelineError {
+    /// No picture of the coded grid.
+    #[error("no capture shows the coded grid; record at least one with the PRMVS pattern on")]
+    NoCodedCapture,
+    /// Pictures that don't belong together.
+    #[error(
+        "the {what} capture has {found} px but the others have {expected} px; record all with one camera setting"
+    )]
+    SizesDiffer {
+        /// What the capture shows, for example `white`.
+        what: String,
+        /// Its size.
+        found: RasterSize,
+        /// The size of the first capture.
+        expected: RasterSize,
+    },
+    /// Pictures without a pixel.
+    #[error("the {what} capture has no pixels")]
+    Empty {
+        /// What the capture shows, for example `white`.
+        what: String,
+    },
+    /// Not enough colours to choose four from.
+    #[error(
+        "shots of {found} different colours, but four grid colours must be chosen; show more colours"
+    )]
+    TooFewColours {
+        /// Different colours among the shots.
+        found: usize,
+    },
+}
 
 /// The pictures of one stage (without or with the object), by what the projector showed.
 #[derive(Debug, Clone, Default)]

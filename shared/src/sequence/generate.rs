@@ -116,7 +116,7 @@ impl<'r> ModifiedRegister<'r> {
         let field = self.recurrence.field();
         self.state.rotate_left(1);
         // The highest coefficient comes round to the place of x^0. It stood for x^m by now, which
-        // is -(h[m-1] x^(m-1) + .. + h[0]).
+        // is -(h[m-1] x^(m-1) + .. + h[0]) modulo h(x).
         let highest = self.state.last_mut().map_or(Element::ZERO, std::mem::take);
         for (cell, &tap) in self.state.iter_mut().rev().zip(self.recurrence.taps()) {
             *cell = field.add(*cell, field.mul(highest, tap));

@@ -1,8 +1,9 @@
 //! The rule by which each symbol of a sequence follows from the m symbols before it.
 //!
-//! For h(x) = x^m + h[m-1] x^(m-1) + .. + h[1] x + h[0] the rule is
-//! b[i+m] = -(h[m-1] b[i+m-1] + .. + h[1] b[i+1] + h[0] b[i]), so that h(x) is 0 where x stands for
-//! "one symbol later". Since h[0] is not 0, the rule can be solved for b[i] and run backwards.
+//! For `h(x) = x^m + h[m-1] x^(m-1) + .. + h[1] x + h[0]` the rule is
+//! `b[i+m] = -(h[m-1] b[i+m-1] + .. + h[1] b[i+1] + h[0] b[i])`, so that h(x) is 0 where x stands
+//! for "one symbol later". Since `h[0]` is not 0, the rule can be solved for `b[i]` and run
+//! backwards.
 //!
 //! Source: section 3.1.2 of the thesis (property 2).
 
@@ -13,7 +14,7 @@ use crate::field::{Element, Field, Polynomial};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recurrence {
     field: Field,
-    /// -h\[0\], -h\[1\], .. -h\[m-1\]: what the symbols of a window, oldest first, are multiplied by.
+    /// `-h[0], -h[1], .. -h[m-1]`: what the symbols of a window, oldest first, are multiplied by.
     taps: Vec<Element>,
     period: u64,
 }
@@ -71,7 +72,7 @@ impl Recurrence {
         window
     }
 
-    /// -h\[0\], -h\[1\], .. -h\[m-1\].
+    /// `-h[0], -h[1], .. -h[m-1]`.
     pub(super) fn taps(&self) -> &[Element] {
         &self.taps
     }

@@ -126,6 +126,7 @@ fn kernel(sigma: f64, shift: f64) -> Kernel {
     }
 }
 
+#[derive(Clone, Copy)]
 enum Direction {
     Along,
     Across,

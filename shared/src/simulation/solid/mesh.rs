@@ -298,8 +298,8 @@ mod tests {
         let mesh = Mesh::new(sheet(), 1.0, false).unwrap();
         let random = Random::new(9);
         let mut met = 0;
-        for k in 0..500 {
-            let place = |c| random.uniform(8 * k + c) * 140.0 - 70.0;
+        for k in 0..500_u64 {
+            let place = |c: u64| random.uniform(8 * k + c) * 140.0 - 70.0;
             let origin = Vector3::new(place(0), place(1), -200.0);
             let ray = Ray::through(origin, Vector3::new(place(2), place(3), 4.0)).unwrap();
             let all = mesh

@@ -174,31 +174,40 @@ mod tests {
         }
     }
 
-    fn distance(shape: &Shape, ray: &Ray) -> Option<f64> {
-        shape.meet(ray, f64::INFINITY).map(|hit| hit.distance_mm)
+    /// Distance in nanometres, so that rounding does not count.
+    fn distance(shape: &Shape, ray: &Ray) -> Option<i64> {
+        shape
+            .meet(ray, f64::INFINITY)
+            .map(|hit| (hit.distance_mm * 1e6).round() as i64)
     }
 
     #[test]
     fn each_shape_is_met_at_its_front() {
         let plane = Shape::Plane { half: [10.0, 5.0] };
-        assert_eq!(distance(&plane, &from_front(9.0, 4.0)), Some(100.0));
+        assert_eq!(distance(&plane, &from_front(9.0, 4.0)), Some(100_000_000));
         assert_eq!(distance(&plane, &from_front(9.0, 6.0)), None);
         let cuboid = Shape::Box {
             half: Vector3::new(10.0, 5.0, 20.0),
         };
-        assert_eq!(distance(&cuboid, &from_front(9.0, 4.0)), Some(80.0));
+        assert_eq!(distance(&cuboid, &from_front(9.0, 4.0)), Some(80_000_000));
         assert_eq!(distance(&cuboid, &from_front(11.0, 4.0)), None);
         let cylinder = Shape::Cylinder {
             radius: 10.0,
             half_height: 5.0,
         };
-        assert_eq!(distance(&cylinder, &from_front(6.0, 4.0)), Some(92.0));
+        assert_eq!(distance(&cylinder, &from_front(6.0, 4.0)), Some(92_000_000));
         assert_eq!(distance(&cylinder, &from_front(6.0, 6.0)), None);
         let ellipsoid = Shape::Ellipsoid {
             radii: Vector3::new(10.0, 5.0, 20.0),
         };
-        assert_eq!(distance(&ellipsoid, &from_front(0.0, 0.0)), Some(80.0));
-        assert!((distance(&ellipsoid, &from_front(6.0, 0.0)).unwrap() - 84.0).abs() < 1e-9);
+        assert_eq!(
+            distance(&ellipsoid, &from_front(0.0, 0.0)),
+            Some(80_000_000)
+        );
+        assert_eq!(
+            distance(&ellipsoid, &from_front(6.0, 0.0)),
+            Some(84_000_000)
+        );
     }
 
     #[test]
@@ -225,11 +234,11 @@ mod tests {
         let cuboid = Shape::Box {
             half: Vector3::new(10.0, 5.0, 20.0),
         };
-        assert_eq!(distance(&cuboid, &inside), Some(20.0));
+        assert_eq!(distance(&cuboid, &inside), Some(20_000_000));
         assert!(cuboid.meet(&inside, 19.0).is_none());
         let ellipsoid = Shape::Ellipsoid {
             radii: Vector3::new(10.0, 5.0, 20.0),
         };
-        assert_eq!(distance(&ellipsoid, &inside), Some(20.0));
+        assert_eq!(distance(&ellipsoid, &inside), Some(20_000_000));
     }
 }

@@ -1,1 +1,22 @@
-//! x
+//! The projector: shows the colour-coded grid full-screen and takes commands over TCP.
+//!
+//! ```text
+//! client --TCP--> control --change--> state --picture--> screen --light-->
+//!        <-------         <-effects--       <-presented-
+//! ```
+//!
+//! [`control`] speaks the protocol of [`shared::protocol`], [`state`] knows what is shown and who decides
+//! it, [`screen`] draws. Only `state` decides, only `screen` touches the window system, and only `control`
+//! touches the network. [`config`] and [`cli`] bring the settings together.
+
+pub mod cli;
+
+pub mod config;
+
+pub mod control;
+
+pub mod state;
+
+pub mod screen;
+
+pub mod clock;

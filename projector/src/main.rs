@@ -1,2 +1,18 @@
-//! x
-fn main() {}
+//! The program `projector`: reads the command line and the configuration, checks them, runs.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use projector::cli::{self, Cli};
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    cli::log_to_stderr();
+    match cli::run(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("projector: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The command line: what it takes, and how it comes together with the configuration.
+
+mod render;
+
+mod screens;
+
+mod show;
+
+use std::{io::IsTerminal, path::PathBuf, str::FromStr};
+
+use clap::{Args, Parser, Subcommand};
+use shared::pattern::RasterSize;
+use tracing_subscriber::EnvFilter;
+
+const EXAMPLES: &str = "\
+Examples:
+  projector                                  full-screen on the monitor that is not primary
+  projector --screen HDMI-1 --listen 0.0.0.0:4460
+  projector --windowed 1024x768              an ordinary window, to look at
+  projector --headless 1024x768              no window at all, for a simulated room
+  projector screens                          which monitors there are
+  projector render --pattern config/pattern.toml --size 1024x768 grid.png
+
+Keys in the window: I identify, C coded grid, U unary grid, K black, W white, R ramp, Escape end.
+Standard output gets one line, \"listening on ADDR:PORT\", when the first picture is shown and commands are
+taken. The log goes to standard error; RUST_LOG=debug makes it longer.
+Exit codes: 0 ended as asked, 1 failed, 2 wrong use.";
+
+/// Shows the colour-coded grid full-screen and takes commands over TCP.
+#[derive(Debug, Parser)]
+#[command(name = "projector", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Subcommands>,
+    #[command(flatten)]
+    show: ShowArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum Subcommands {
+    /// Lists the monitors, and which one gets the picture.
+    Screens(ScreensArgs),
+    /// Writes a pattern into a picture file, pixel for pixel as it would be shown.
+    Render(RenderArgs),
+}
+
+/// How to show pictures.
+#[derive(Debug, Args)]
+struct ShowArgs {
+    /// Show nothing, but count pictures as shown at 60 Hz on a raster of this size.
+    #[arg(long, value_name = "WxH", conflicts_with_all = ["windowed", "screen"])]
+    headless: Option<RasterSize>,
+    /// Open an ordinary window whose inside has this size in pixels.
+    #[arg(long, value_name = "WxH", conflicts_with = "screen")]
+    windowed: Option<RasterSize>,
+    /// Fill the monitor of this name (see `projector screens`).
+    #[arg(long, value_name = "NAME")]
+    screen: Option<String>,
+    /// Take commands on this address; port 0 takes a free one. Anybody who reaches it may command.
+    #[arg(long, value_name = "ADDR:PORT")]
+    listen: Option<Address>,
+    /// Read settings from this file, in the form of config/projector.toml.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Begin with the grid in this file, in the form of config/pattern.toml.
+    #[arg(long, value_name = "FILE")]
+    pattern: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct ScreensArgs {
+    /// Print one JSON object and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = render::FORMS)]
+struct RenderArgs {
+    /// What to draw, as JSON or TOML (a name ending in .toml).
+    #[arg(long, value_name = "FILE")]
+    pattern: PathBuf,
+    /// Size of the picture in pixels.
+    #[arg(long, value_name = "WxH")]
+    size: RasterSize,
+    /// Draw the single-colour twin of the grid, in the file's `unary` colour.
+    #[arg(long)]
+    unary: bool,
+    /// The picture to write.
+    #[arg(value_name = "OUT.png")]
+    out: PathBuf,
+}
+
+/// An address with a port; the address may be a name.
+#[derive(Debug, Clone)]
+struct Address(String);
+
+impl FromStr for Address {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let port = text.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+        match port.map(|(_, port)| port.parse::<u16>()) {
+            Some(Ok(_)) => Ok(Self(text.to_owned())),
+            _ => Err("write ADDRESS:PORT, for example 127.0.0.1:4460".to_owned()),
+        }
+    }
+}
+
+/// Sends the log to standard error: warnings and what happened, or what RUST_LOG asks for.
+pub fn log_to_stderr() {
+    let quiet_libraries = "info,wgpu_core=warn,wgpu_hal=error,naga=warn,winit=warn";
+    let filter =
+        EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(quiet_libraries));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .init();
+}
+
+/// Does what the command line says.
+///
+/// # Errors
+/// Whatever failed, with what to do about it.
+pub fn run(cli: Cli) -> anyhow::Result<()> {
+    match cli.command {
+        None => show::run(cli.show),
+        Some(Subcommands::Screens(args)) => screens::run(args.json),
+        Some(Subcommands::Render(args)) => render::run(&args),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::Cli;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn wrong_use_is_refused() {
+        for words in [
+            "--headless 0x768",
+            "--headless 64x48 --windowed 64x48",
+            "--screen A --windowed 64x48",
+            "--listen 4460",
+            "--listen :4460",
+            "--listen localhost:99999",
+            "render --size 64x48 out.png",
+            "sing",
+        ] {
+            let arguments = ["projector"].into_iter().chain(words.split(' '));
+            assert!(Cli::try_parse_from(arguments).is_err(), "{words}");
+        }
+    }
+}

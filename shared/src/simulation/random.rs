@@ -1,9 +1,6 @@
 //! Random numbers that depend only on where they are used: no state, so rows can be drawn in any order.
 //!
-//! Method: a counter goes through the finaliser of SplitMix64 (G. Steele, D. Lea, C. Flood, 2014); pairs of
-//! uniform numbers become normal ones by Box and Muller (1958).
-
-use std::f32::consts::TAU;
+//! Method: a counter goes through the finaliser of SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
 
 /// A stream of random numbers chosen by a key; the same key and counter always give the same number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,16 +35,20 @@ impl Random {
         (self.bits(counter) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Two independent numbers of mean 0 and standard deviation 1.
-    pub(super) fn normal_pair(self, counter: u64) -> [f32; 2] {
+    /// A number of mean 0 and standard deviation 1, with no value beyond 7.
+    ///
+    /// 48 coins and an even part between two counts: as good as normal (kurtosis 2.96), and many times as fast.
+    #[inline]
+    pub(super) fn normal(self, counter: u64) -> f32 {
         let bits = self.bits(counter);
-        let unit = 1.0 / (1_u64 << 32) as f32;
-        let radius = (((bits >> 32) as f32 + 1.0) * unit).min(1.0);
-        let (sine, cosine) = (bits as u32 as f32 * unit * TAU).sin_cos();
-        let radius = (-2.0 * radius.ln()).sqrt();
-        [radius * cosine, radius * sine]
+        let coins = (bits >> 16).count_ones() as f32;
+        let part = (bits as u16) as f32 / 65536.0;
+        (coins + part - 24.5) * NORMAL_SCALE
     }
 }
+
+/// One over the deviation of 48 coins (variance 12) and an even part (variance 1/12).
+const NORMAL_SCALE: f32 = 0.287_678;
 
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -62,10 +63,7 @@ mod tests {
     #[test]
     fn normal_numbers_have_mean_zero_deviation_one_and_the_right_tails() {
         let random = Random::new(7).part(3);
-        let numbers: Vec<f64> = (0..50_000)
-            .flat_map(|k| random.normal_pair(k))
-            .map(f64::from)
-            .collect();
+        let numbers: Vec<f64> = (0..100_000).map(|k| f64::from(random.normal(k))).collect();
         let count = numbers.len() as f64;
         let mean = numbers.iter().sum::<f64>() / count;
         let variance = numbers.iter().map(|v| v * v).sum::<f64>() / count;

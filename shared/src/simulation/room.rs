@@ -13,7 +13,7 @@ use nalgebra::{Vector3, Vector4};
 use rayon::prelude::*;
 
 use super::{
-    light::ProjectedLight,
+    light::{Place, ProjectedLight},
     scene::Scene,
     sensor::Sensor,
     solid::{Hit, Solid, first_hit, is_free},
@@ -60,7 +60,7 @@ struct Pixel {
 /// One of a pixel's four rays: where on the projector its light comes from and how much of it arrives.
 #[derive(Debug, Clone, Copy, Default)]
 struct Lit {
-    at: [f32; 2],
+    at: Place,
     share: [f32; 3],
 }
 
@@ -249,7 +249,7 @@ impl Room {
         let gloss = (surface.gloss * lobe * cosine * arriving) as f32;
         let diffuse = ((1.0 - surface.gloss) * cosine * arriving) as f32;
         Lit {
-            at: [at.x as f32, at.y as f32],
+            at: Place::new(scene.projector_size(), at),
             share: albedo.map(|a| a * diffuse + gloss),
         }
     }
@@ -262,9 +262,7 @@ impl Pixel {
         let mut sum = Vector4::zeros();
         for lit in self.lit.iter().filter(|lit| lit.share != [0.0; 3]) {
             let [r, g, b] = lit.share;
-            sum += light
-                .at(lit.at[0], lit.at[1])
-                .component_mul(&Vector4::new(r, g, b, 0.0));
+            sum += light.at(lit.at).component_mul(&Vector4::new(r, g, b, 0.0));
         }
         sum
     }

@@ -9,7 +9,6 @@ mod bayer;
 
 use image::{ImageFormat, RgbImage};
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
-use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::{
@@ -27,7 +26,7 @@ pub(super) struct Sensor {
     width: usize,
     height: usize,
     /// Exposed red, green and blue from the light's.
-    response: Matrix3<f32>,
+    response: [[f32; 3]; 3],
     blur_weights: Vec<f32>,
     bayer: bool,
     noise: Noise,
@@ -55,7 +54,7 @@ impl Noise {
 impl Sensor {
     /// The sensor that a scene describes.
     pub(super) fn new(camera: &CameraTable, random: Random) -> Self {
-        let mix = Matrix3::from_fn(|row, column| camera.crosstalk[row][column] * camera.exposure);
+        let exposed = |share: f64| (share * camera.exposure) as f32;
         let well = camera.full_well_electrons;
         let noise = if well > 0.0 {
             let read = camera.read_noise_electrons / well;
@@ -72,7 +71,7 @@ impl Sensor {
         Self {
             width: camera.width as usize,
             height: camera.height as usize,
-            response: mix.cast(),
+            response: camera.crosstalk.map(|row| row.map(exposed)),
             blur_weights: half_bell(camera.blur_px),
             bayer: camera.bayer,
             noise,
@@ -106,12 +105,9 @@ impl Sensor {
             .zip(signal.par_chunks(self.width));
         rows.enumerate().for_each(|(y, (mosaic, signal))| {
             let random = random.part(y as u64);
-            for (pair, (out, light)) in mosaic.chunks_mut(2).zip(signal.chunks(2)).enumerate() {
-                let noise = random.normal_pair(pair as u64);
-                for (k, (value, light)) in out.iter_mut().zip(light).enumerate() {
-                    let exposed = self.exposed(*light, bayer::colour(k, y));
-                    *value = self.read_out(exposed, noise[k]);
-                }
+            for (x, (value, light)) in mosaic.iter_mut().zip(signal).enumerate() {
+                let exposed = self.exposed(*light, bayer::colour(x, y));
+                *value = self.read_out(exposed, random.normal(x as u64));
             }
         });
         mosaic
@@ -124,18 +120,18 @@ impl Sensor {
             .for_each(|(y, row)| {
                 let random = random.part(y as u64);
                 for (x, pixel) in row.iter_mut().enumerate() {
-                    let [a, b] = random.normal_pair(2 * x as u64);
-                    let [c, _] = random.normal_pair(2 * x as u64 + 1);
                     let light = *pixel;
-                    *pixel = [(0, a), (1, b), (2, c)]
-                        .map(|(colour, noise)| self.read_out(self.exposed(light, colour), noise));
+                    *pixel = [0, 1, 2].map(|colour| {
+                        let noise = random.normal(3 * x as u64 + colour as u64);
+                        self.read_out(self.exposed(light, colour), noise)
+                    });
                 }
             });
     }
 
     #[inline]
     fn exposed(&self, light: [f32; 3], colour: usize) -> f32 {
-        let weights = self.response.row(colour);
+        let weights = &self.response[colour];
         light[0] * weights[0] + light[1] * weights[1] + light[2] * weights[2]
     }
 

@@ -23,7 +23,7 @@ fn simulation(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("simulation");
     group.sample_size(20);
     group.bench_function("room", |b| {
-        b.iter(|| Room::new(black_box(&scene), Stage::Object))
+        b.iter(|| Room::new(black_box(&scene), Stage::Object));
     });
     group.bench_function("picture", |b| b.iter(|| scene.project(black_box(&picture))));
     let mut frame_number = 0;

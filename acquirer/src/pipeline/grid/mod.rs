@@ -1,10 +1,24 @@
 //! The decoded grid: crossings with their place in the pattern, and what was dropped and why.
+//!
+//! [`find_grid`] takes the crossings and the evidence for their lines' colours, links neighbours into
+//! patches with integer places (`links`), finds each patch's place in the codes (`code`, `labels`), checks the
+//! labels against the epipolar geometry (`checks`) and places the vertices (`vertices`). What is not certain is
+//! dropped with a reason, never guessed.
+
+mod checks;
+mod code;
+mod find;
+mod labels;
+mod links;
+mod vertices;
 
 use serde::{Deserialize, Serialize};
 use shared::{
     geometry::CameraPixel,
     pattern::{Axis, GridIndex},
 };
+
+pub use find::{DecodeSettings, Observed, find_grid};
 
 /// A crossing whose row and column are known.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,356 @@
+//! Which of the pattern's colours each line has at each crossing, as log-likelihoods.
+//!
+//! Takes the light of the coded grid, what white would give there, and the crossings' arms; gives for each
+//! crossing and line one log-likelihood per colour. Along the arms light above black D is explained as
+//! D = a s r_k + noise, s the light a white line would give, r_k the response of the camera to colour k
+//! (one 3-vector per colour, the same on all surfaces: Caspi, Kiryati and Shamir 1998) and a a gain near
+//! the unary grid's, integrated out. The r_k start from the nominal colours and are re-estimated from the
+//! picture in a few rounds of assignment and median. Samples are clipped and their number is divided by
+//! their correlation length, so that margins stay honest. When two of the chosen colours look alike on
+//! most of the scene, the rounds may settle between them; the margins are then small, not wrong.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use shared::pattern::{Axis, MAX_COLOURS, Rgb};
+
+use super::{
+    crossings::{Arms, Crossings},
+    gain::LineLight,
+    lines::Lines,
+    plane::Plane,
+    response::Response,
+};
+
+/// How colours are told apart.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ColourSettings {
+    /// Rounds of estimating the colour responses, 0 (nominal colours) to 20.
+    pub rounds: usize,
+    /// Most one sample may speak against a colour, in nats, 1 to 50.
+    pub sample_clip_nats: f64,
+    /// Most one line at one crossing may speak against a colour, in nats, 1 to 100.
+    pub crossing_clip_nats: f64,
+    /// Neighbouring samples along a line that share one piece of information, in camera pixels, 1 to 20:
+    /// demosaicing and subsampled chroma smear colour over two to three pixels.
+    pub correlation_px: f64,
+    /// Spread of the gain around the unary grid's, 0.01 to 2.
+    pub gain_spread: f64,
+    /// Spread of the gain when no unary grid gives it, 0.01 to 2.
+    pub free_gain_spread: f64,
+    /// A line is too dark when white would stand out of the noise by less than this, in standard deviations.
+    pub dark_sigma: f64,
+}
+
+impl Default for ColourSettings {
+    fn default() -> Self {
+        Self {
+            rounds: 4,
+            sample_clip_nats: 6.0,
+            crossing_clip_nats: 15.0,
+            correlation_px: 2.5,
+            gain_spread: 0.15,
+            free_gain_spread: 0.5,
+            dark_sigma: 1.0,
+        }
+    }
+}
+
+/// What one line's colour at one crossing may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Log-likelihood per colour in nats, 0 for the best, negative for the others.
+    pub nats: [f32; MAX_COLOURS],
+    /// Ratio to white per channel: the line's colour as seen.
+    pub ratio: [f32; 3],
+    /// Standard deviations by which white would stand out.
+    pub signal: f32,
+    /// Share of samples with a clipped channel, 0 to 1.
+    pub clipped: f32,
+}
+
+/// The colours at all crossings.
+#[derive(Debug, Clone, Default)]
+pub struct Colours {
+    /// Evidence for the flat line at each crossing.
+    pub rows: Vec<Evidence>,
+    /// Evidence for the steep line at each crossing.
+    pub columns: Vec<Evidence>,
+    /// The responses that were found: share of white light per channel, one per colour.
+    pub responses: Vec<[f32; 3]>,
+}
+
+impl Colours {
+    /// The evidence for lines of one direction, in the order of the crossings.
+    #[must_use]
+    pub fn on(&self, axis: Axis) -> &[Evidence] {
+        match axis {
+            Axis::Row => &self.rows,
+            Axis::Column => &self.columns,
+        }
+    }
+}
+
+/// Light on the middle of a line, averaged a little across it.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    light: [f32; 3],
+    full: [f32; 3],
+    variance: [f32; 3],
+}
+
+/// The samples of one line at one crossing.
+struct Unit {
+    samples: Vec<Sample>,
+    clipped: f32,
+}
+
+/// Finds the colours of all lines at all crossings. `gain` is the unary grid's, if there is one.
+#[must_use]
+pub fn find_colours(
+    light: &LineLight,
+    gain: Option<&Plane>,
+    lines: &Lines,
+    crossings: &Crossings,
+    nominal: &[[f32; 3]],
+    settings: &ColourSettings,
+) -> Colours {
+    let sampler = Sampler { light, gain };
+    let unit = |k: usize| {
+        let (crossing, axis) = (&crossings.all[k / 2], Axis::BOTH[k % 2]);
+        let family = lines.family(axis);
+        sampler.unit(
+            &family.tracks[crossing.arms(axis).track],
+            crossing.arms(axis),
+            crossing.along(axis),
+            family.width_px,
+            axis,
+        )
+    };
+    let units: Vec<Unit> = (0..2 * crossings.all.len()).into_par_iter().map(unit).collect();
+    let spread = if gain.is_some() { settings.gain_spread } else { settings.free_gain_spread };
+    let mut model = Model {
+        responses: nominal.iter().copied().take(MAX_COLOURS).collect(),
+        misfit: 0.1,
+        gain_variance: (spread * spread) as f32,
+        settings,
+    };
+    let mut evidence = model.weigh_all(&units);
+    for _ in 0..settings.rounds.min(20) {
+        model.refine(&evidence);
+        evidence = model.weigh_all(&units);
+    }
+    let (rows, columns) = evidence.chunks_exact(2).map(|pair| (pair[0], pair[1])).unzip();
+    Colours {
+        rows,
+        columns,
+        responses: model.responses,
+    }
+}
+
+/// Linear light of a nominal colour, 0 to 1 per channel.
+#[must_use]
+pub fn nominal_response(colour: Rgb) -> [f32; 3] {
+    let projector = Response::new(&super::response::ResponseSettings::default());
+    colour.0.map(|byte| projector.linear(byte))
+}
+
+struct Sampler<'a> {
+    light: &'a LineLight,
+    gain: Option<&'a Plane>,
+}
+
+impl Sampler<'_> {
+    fn unit(
+        &self,
+        track: &super::lines::Track,
+        arms: &Arms,
+        along: f64,
+        width_px: f64,
+        axis: Axis,
+    ) -> Unit {
+        let mut unit = Unit {
+            samples: Vec::new(),
+            clipped: 0.0,
+        };
+        let aside = (0.25 * width_px).min(2.0);
+        let mut tried = 0;
+        for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            if !arms.seen[side] {
+                continue;
+            }
+            let steps = (arms.outer_px[side] - arms.inner_px).max(0.0) as usize;
+            for step in 0..=steps {
+                let at = along + sign * (arms.inner_px + step as f64);
+                let Some(across) = track.at(at, 0.0) else {
+                    continue;
+                };
+                tried += 1;
+                match self.sample(axis, at, across, aside) {
+                    Some(sample) => unit.samples.push(sample),
+                    None => unit.clipped += 1.0,
+                }
+            }
+        }
+        unit.clipped /= tried.max(1) as f32;
+        unit
+    }
+
+    /// `None` where all channels are clipped. A clipped channel gets a variance that silences it.
+    fn sample(&self, axis: Axis, along: f64, across: f64, aside: f64) -> Option<Sample> {
+        const SILENT: f32 = 1e6;
+        let place = |offset: f64| match axis {
+            Axis::Row => (along, across + offset),
+            Axis::Column => (across + offset, along),
+        };
+        let mean = |plane: &Plane| {
+            [-aside, 0.0, aside]
+                .into_iter()
+                .map(|offset| {
+                    let (x, y) = place(offset);
+                    plane.at(x, y)
+                })
+                .sum::<f32>()
+                / 3.0
+        };
+        let gain = self.gain.map_or(1.0, |gain| mean(gain).clamp(0.1, 1.5));
+        let mut bits = 0;
+        for offset in [-aside, 0.0, aside] {
+            let (x, y) = place(offset);
+            bits |= self.clipped(x, y);
+        }
+        if bits == 7 {
+            return None;
+        }
+        let mut sample = Sample {
+            light: [0.0; 3],
+            full: [0.0; 3],
+            variance: [SILENT; 3],
+        };
+        for c in 0..3 {
+            if bits >> c & 1 == 0 {
+                sample.light[c] = mean(&self.light.above_black[c]);
+                sample.full[c] = gain * mean(&self.light.white[c]);
+                sample.variance[c] = mean(&self.light.variance[c]);
+            }
+        }
+        Some(sample)
+    }
+
+    fn clipped(&self, x: f64, y: f64) -> u8 {
+        let (width, height) = (self.light.white[0].width(), self.light.white[0].height());
+        if x < 0.0 || y < 0.0 || x >= width as f64 || y >= height as f64 {
+            return 0;
+        }
+        self.light.clipped[y as usize * width + x as usize] & 7
+    }
+}
+
+/// The colour responses and how well they explain the picture.
+struct Model<'a> {
+    responses: Vec<[f32; 3]>,
+    /// Error of the model itself, as a share of white light: interreflection, chroma smear, crosstalk.
+    misfit: f32,
+    gain_variance: f32,
+    settings: &'a ColourSettings,
+}
+
+/// Smallest and largest error of the model, as a share of white light.
+const MISFIT_RANGE: (f32, f32) = (0.04, 0.3);
+
+impl Model<'_> {
+    fn weigh_all(&self, units: &[Unit]) -> Vec<Evidence> {
+        units.par_iter().map(|unit| self.weigh(unit)).collect()
+    }
+
+    fn weigh(&self, unit: &Unit) -> Evidence {
+        let colours = self.responses.len();
+        let mut evidence = Evidence {
+            nats: [0.0; MAX_COLOURS],
+            ratio: [0.0; 3],
+            signal: 0.0,
+            clipped: unit.clipped,
+        };
+        let (mut top, mut bottom, mut power) = ([0.0; 3], [0.0; 3], 0.0);
+        let clip = -self.settings.sample_clip_nats as f32;
+        for sample in &unit.samples {
+            let mut nats = [0.0; MAX_COLOURS];
+            for (value, &response) in nats.iter_mut().zip(&self.responses) {
+                *value = self.log_likelihood(sample, response);
+            }
+            let best = nats[..colours].iter().copied().fold(f32::MIN, f32::max);
+            for (sum, value) in evidence.nats.iter_mut().zip(nats).take(colours) {
+                *sum += (value - best).max(clip);
+            }
+            for c in 0..3 {
+                let weight = sample.full[c] / sample.variance[c];
+                top[c] += sample.light[c] * weight;
+                bottom[c] += sample.full[c] * weight;
+                power += sample.full[c] * weight;
+            }
+        }
+        for c in 0..3 {
+            evidence.ratio[c] = if bottom[c] > 1e-3 { top[c] / bottom[c] } else { f32::NAN };
+        }
+        evidence.signal = (power / unit.samples.len().max(1) as f32).sqrt();
+        let share = 1.0 / self.settings.correlation_px.max(1.0) as f32;
+        let best = evidence.nats[..colours].iter().copied().fold(f32::MIN, f32::max);
+        let clip = -self.settings.crossing_clip_nats as f32;
+        for value in &mut evidence.nats[..colours] {
+            *value = ((*value - best) * share).max(clip);
+        }
+        evidence
+    }
+
+    /// Normal log-likelihood with the gain integrated out (matrix determinant and inversion lemmas).
+    fn log_likelihood(&self, sample: &Sample, response: [f32; 3]) -> f32 {
+        let (mut ee, mut em, mut mm, mut logs) = (0.0, 0.0, 0.0, 0.0);
+        for c in 0..3 {
+            let model = sample.full[c] * response[c];
+            let error = sample.light[c] - model;
+            let misfit = self.misfit * sample.full[c];
+            let variance = sample.variance[c] + misfit * misfit;
+            ee += error * error / variance;
+            em += error * model / variance;
+            mm += model * model / variance;
+            logs += variance.ln();
+        }
+        let spread = 1.0 + self.gain_variance * mm;
+        -0.5 * (ee - self.gain_variance * em * em / spread + logs + spread.ln())
+    }
+
+    /// Medians of the ratios of the lines that clearly have a colour become that colour's response.
+    fn refine(&mut self, evidence: &[Evidence]) {
+        const CLEAR_NATS: f32 = 3.0;
+        const CLEAR_SIGNAL: f32 = 4.0;
+        const FEWEST: usize = 4;
+        let colours = self.responses.len();
+        let mut ratios = vec![[const { Vec::new() }; 3]; colours];
+        for unit in evidence.iter().filter(|unit| unit.signal > CLEAR_SIGNAL) {
+            let mut order: Vec<usize> = (0..colours).collect();
+            order.sort_by(|&a, &b| unit.nats[b].total_cmp(&unit.nats[a]));
+            let lead = order.get(1).map_or(f32::MAX, |&second| -unit.nats[second]);
+            if lead > CLEAR_NATS {
+                let finite = unit.ratio.iter().enumerate().filter(|(_, r)| r.is_finite());
+                finite.for_each(|(c, &ratio)| ratios[order[0]][c].push(ratio));
+            }
+        }
+        let mut deviations = Vec::new();
+        for (response, ratios) in self.responses.iter_mut().zip(&mut ratios) {
+            for (r, ratios) in response.iter_mut().zip(ratios) {
+                if ratios.len() >= FEWEST {
+                    *r = median(ratios).max(0.0);
+                    deviations.extend(ratios.iter().map(|ratio| (ratio - *r).abs()));
+                }
+            }
+        }
+        if !deviations.is_empty() {
+            self.misfit = (1.483 * median(&mut deviations)).clamp(MISFIT_RANGE.0, MISFIT_RANGE.1);
+        }
+    }
+}
+
+fn median(values: &mut [f32]) -> f32 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+}

@@ -1,0 +1,346 @@
+//! Which line of the pattern each line of a patch is.
+//!
+//! Takes patches with integer places and the colour evidence of their crossings; gives each crossing a
+//! line number per family, or a reason why not. Rows and columns are independent codes. For each patch and
+//! family the log-likelihood of every place in the code is the sum of all its crossings' evidence
+//! (maximum likelihood over the whole patch: one wrong colour then does no harm). Where parts of a patch
+//! want different places, because a depth edge was linked, min-sum belief propagation over the likeliest
+//! places (Potts model on the links) cuts it into parts of one place each. A part is accepted with a
+//! margin to the second place and with more lines than a window has. Two surfaces whose colours agree
+//! along the wrong link stay together quietly; the position checks may tell.
+
+use std::collections::BTreeMap;
+
+use shared::pattern::Axis;
+
+use super::{
+    DecodeSettings, DropReason,
+    code::{Code, Fit, LineEvidence},
+    links::{Link, Patch},
+};
+use crate::pipeline::colours::Colours;
+
+/// What was found out about one crossing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Label {
+    /// Its line numbers in the picture's order of counting, and the probability that they are right.
+    Known {
+        flat: u16,
+        steep: u16,
+        confidence: f64,
+    },
+    /// Not labelled.
+    Dropped(DropReason),
+}
+
+/// Decodes patches against the codes of the flat and the steep family.
+pub(super) struct Decoder<'a> {
+    pub(super) flat: Code,
+    pub(super) steep: Code,
+    pub(super) colours: &'a Colours,
+    pub(super) links: &'a [Link],
+    pub(super) settings: &'a DecodeSettings,
+}
+
+impl Decoder<'_> {
+    /// Labels the crossings of all patches; crossings in no patch are left out.
+    pub(super) fn label(&self, patches: &[Patch]) -> BTreeMap<usize, Label> {
+        let mut labels = BTreeMap::new();
+        for patch in patches {
+            for part in self.parts(patch) {
+                self.label_part(&part, &mut labels);
+            }
+        }
+        labels
+    }
+
+    fn code(&self, family: Axis) -> &Code {
+        match family {
+            Axis::Row => &self.flat,
+            Axis::Column => &self.steep,
+        }
+    }
+
+    fn evidence(&self, family: Axis, nodes: impl Iterator<Item = (usize, (i32, i32))>) -> LineEvidence {
+        let mut lines = LineEvidence::default();
+        for (node, place) in nodes {
+            lines.add(line_of(family, place), &self.colours.on(family)[node].nats);
+        }
+        lines
+    }
+
+    fn places(&self, family: Axis, lines: &LineEvidence) -> Vec<Fit> {
+        self.code(family).places(lines, self.settings.outside_nats as f32)
+    }
+
+    /// Cuts a patch where its parts stand at different places of the code.
+    fn parts(&self, patch: &Patch) -> Vec<Patch> {
+        let neighbours = self.neighbours(patch);
+        let flat = self.settle(Axis::Row, patch, &neighbours);
+        let steep = self.settle(Axis::Column, patch, &neighbours);
+        let same = |a: usize, b: usize| flat[a] == flat[b] && steep[a] == steep[b];
+        let mut part_of = vec![usize::MAX; patch.nodes.len()];
+        let mut parts: Vec<Patch> = Vec::new();
+        for start in 0..patch.nodes.len() {
+            if part_of[start] != usize::MAX {
+                continue;
+            }
+            let mut part = Patch {
+                nodes: Vec::new(),
+                places: Vec::new(),
+            };
+            let mut open = vec![start];
+            part_of[start] = parts.len();
+            while let Some(at) = open.pop() {
+                part.nodes.push(patch.nodes[at]);
+                part.places.push(patch.places[at]);
+                for &next in &neighbours[at] {
+                    if part_of[next] == usize::MAX && same(at, next) {
+                        part_of[next] = parts.len();
+                        open.push(next);
+                    }
+                }
+            }
+            part.start_at_zero();
+            parts.push(part);
+        }
+        parts
+    }
+
+    /// Linked crossings of each crossing, as positions in the patch.
+    fn neighbours(&self, patch: &Patch) -> Vec<Vec<usize>> {
+        let at: BTreeMap<usize, usize> = patch.nodes.iter().enumerate().map(|(k, &n)| (n, k)).collect();
+        let mut neighbours = vec![Vec::new(); patch.nodes.len()];
+        for link in self.links {
+            if let (Some(&a), Some(&b)) = (at.get(&link.a), at.get(&link.b)) {
+                neighbours[a].push(b);
+                neighbours[b].push(a);
+            }
+        }
+        neighbours
+    }
+
+    /// The place in the code (number of the patch's line 0) that each crossing of a patch votes for, its
+    /// neighbours considered.
+    fn settle(&self, family: Axis, patch: &Patch, neighbours: &[Vec<usize>]) -> Vec<i32> {
+        let nodes = || patch.nodes.iter().copied().zip(patch.places.iter().copied());
+        let whole = self.places(family, &self.evidence(family, nodes()));
+        let Some(best) = whole.first() else {
+            return vec![0; patch.nodes.len()];
+        };
+        let candidates = self.candidates(family, patch, neighbours, best.offset);
+        if candidates.len() == 1 {
+            return vec![best.offset; patch.nodes.len()];
+        }
+        let costs: Vec<Vec<f32>> = nodes()
+            .map(|(node, place)| self.costs(family, node, place, &candidates))
+            .collect();
+        let choice = propagate(
+            &costs,
+            neighbours,
+            self.settings.cut_nats as f32,
+            self.settings.rounds,
+        );
+        choice.into_iter().map(|k| candidates[k]).collect()
+    }
+
+    /// Places that some neighbourhood of the patch clearly prefers, with the whole patch's best first.
+    fn candidates(
+        &self,
+        family: Axis,
+        patch: &Patch,
+        neighbours: &[Vec<usize>],
+        best: i32,
+    ) -> Vec<i32> {
+        const MOST: usize = 16;
+        let steps = self.code(family).window + 1;
+        let mut votes: BTreeMap<i32, usize> = BTreeMap::new();
+        let mut seen_at = vec![usize::MAX; patch.nodes.len()];
+        for start in 0..patch.nodes.len() {
+            let around = neighbourhood(start, neighbours, steps, &mut seen_at);
+            let members = around.into_iter().map(|k| (patch.nodes[k], patch.places[k]));
+            let lines = self.evidence(family, members);
+            if lines.lines() < self.code(family).window {
+                continue;
+            }
+            let places = self.places(family, &lines);
+            let second = places.get(1).map_or(f32::MIN, |fit| fit.nats);
+            if places[0].nats - second > self.settings.cut_nats as f32 {
+                *votes.entry(places[0].offset).or_default() += 1;
+            }
+        }
+        votes.remove(&best);
+        let mut others: Vec<(usize, i32)> = votes.into_iter().map(|(offset, n)| (n, offset)).collect();
+        others.sort_by_key(|&(n, offset)| (std::cmp::Reverse(n), offset));
+        let mut candidates = vec![best];
+        candidates.extend(others.into_iter().take(MOST - 1).map(|(_, offset)| offset));
+        candidates
+    }
+
+    fn costs(&self, family: Axis, node: usize, place: (i32, i32), candidates: &[i32]) -> Vec<f32> {
+        let nats = &self.colours.on(family)[node].nats;
+        let line = line_of(family, place) as i32;
+        let cost = |&offset: &i32| match self.code(family).symbol(line + offset) {
+            Some(symbol) => -nats[usize::from(symbol)],
+            None => self.settings.outside_nats as f32,
+        };
+        candidates.iter().map(cost).collect()
+    }
+
+    /// Accepts or drops a part whose crossings all stand at one place of the code.
+    fn label_part(&self, part: &Patch, labels: &mut BTreeMap<usize, Label>) {
+        let nodes = || part.nodes.iter().copied().zip(part.places.iter().copied());
+        let mut offsets = [0; 2];
+        let mut certainty = 1.0;
+        for (k, family) in Axis::BOTH.into_iter().enumerate() {
+            let lines = self.evidence(family, nodes());
+            let places = self.places(family, &lines);
+            let second = places.get(1).map_or(f32::MIN, |fit| fit.nats);
+            let margin = places.first().map_or(0.0, |fit| fit.nats - second);
+            let refused = if lines.lines() < self.code(family).window + 1 {
+                Some(DropReason::BrokenLine)
+            } else if f64::from(margin) < self.settings.margin_nats {
+                Some(self.why_unclear(part, family))
+            } else {
+                None
+            };
+            if let Some(reason) = refused {
+                labels.extend(part.nodes.iter().map(|&node| (node, Label::Dropped(reason))));
+                return;
+            }
+            offsets[k] = places[0].offset;
+            certainty /= 1.0 + places[1..].iter().map(|fit| f64::from(fit.nats - places[0].nats).exp()).sum::<f64>();
+        }
+        for (node, place) in nodes() {
+            labels.insert(node, self.label_one(node, place, offsets, certainty));
+        }
+    }
+
+    fn label_one(&self, node: usize, place: (i32, i32), offsets: [i32; 2], certainty: f64) -> Label {
+        let mut confidence = certainty;
+        let mut numbers = [0u16; 2];
+        for (k, family) in Axis::BOTH.into_iter().enumerate() {
+            let line = line_of(family, place) as i32 + offsets[k];
+            let Some(symbol) = self.code(family).symbol(line) else {
+                return Label::Dropped(DropReason::NotInCode);
+            };
+            let evidence = &self.colours.on(family)[node];
+            let own = f64::from(evidence.nats[usize::from(symbol)]);
+            if own < -self.settings.contradiction_nats {
+                return Label::Dropped(DropReason::AmbiguousColour);
+            }
+            // the patch says the line, its own colour may agree more or less
+            confidence *= 0.8 + 0.2 * own.exp();
+            numbers[k] = line as u16;
+        }
+        Label::Known {
+            flat: numbers[0],
+            steep: numbers[1],
+            confidence: confidence.clamp(0.0, 1.0),
+        }
+    }
+
+    /// Why a part's evidence leaves more than one place open.
+    fn why_unclear(&self, part: &Patch, family: Axis) -> DropReason {
+        let share = |holds: &dyn Fn(usize) -> bool| {
+            let count = part.nodes.iter().filter(|&&node| holds(node)).count();
+            2 * count > part.nodes.len()
+        };
+        let evidence = self.colours.on(family);
+        if share(&|node| evidence[node].clipped > 0.5) {
+            DropReason::Clipped
+        } else if share(&|node| f64::from(evidence[node].signal) < self.settings.dark_sigma) {
+            DropReason::TooDark
+        } else if share(&|node| {
+            let mut nats = evidence[node].nats;
+            nats.sort_by(|a, b| b.total_cmp(a));
+            nats[1] > -3.0
+        }) {
+            DropReason::AmbiguousColour
+        } else {
+            DropReason::NotInCode
+        }
+    }
+}
+
+/// Which line of a family a place is on.
+fn line_of(family: Axis, place: (i32, i32)) -> usize {
+    let line = match family {
+        Axis::Row => place.0,
+        Axis::Column => place.1,
+    };
+    line.max(0) as usize
+}
+
+/// The crossings within a number of links of `start`.
+fn neighbourhood(
+    start: usize,
+    neighbours: &[Vec<usize>],
+    steps: usize,
+    seen_at: &mut [usize],
+) -> Vec<usize> {
+    let mut found = vec![start];
+    seen_at[start] = start;
+    let mut first = 0;
+    for _ in 0..steps {
+        let last = found.len();
+        for k in first..last {
+            for &next in &neighbours[found[k]] {
+                if seen_at[next] != start {
+                    seen_at[next] = start;
+                    found.push(next);
+                }
+            }
+        }
+        first = last;
+    }
+    found
+}
+
+/// Min-sum belief propagation with a constant cost for neighbours that differ; gives the cheapest label of
+/// each node.
+fn propagate(costs: &[Vec<f32>], neighbours: &[Vec<usize>], cut: f32, rounds: usize) -> Vec<usize> {
+    let labels = costs.first().map_or(0, Vec::len);
+    let reverse: Vec<Vec<usize>> = neighbours
+        .iter()
+        .enumerate()
+        .map(|(a, around)| {
+            let back = |&b: &usize| neighbours[b].iter().position(|&c| c == a).unwrap_or(0);
+            around.iter().map(back).collect()
+        })
+        .collect();
+    let blank = |around: &Vec<usize>| vec![vec![0.0f32; labels]; around.len()];
+    let mut inbox: Vec<Vec<Vec<f32>>> = neighbours.iter().map(blank).collect();
+    for _ in 0..rounds.min(200) {
+        let mut next = inbox.clone();
+        for (a, around) in neighbours.iter().enumerate() {
+            let belief = sum(&costs[a], &inbox[a]);
+            for (k, &b) in around.iter().enumerate() {
+                let without: Vec<f32> = belief.iter().zip(&inbox[a][k]).map(|(all, own)| all - own).collect();
+                let least = without.iter().copied().fold(f32::MAX, f32::min);
+                let slot = &mut next[b][reverse[a][k]];
+                for (message, value) in slot.iter_mut().zip(without) {
+                    // half old, half new: loops settle instead of swinging
+                    *message = 0.5 * *message + 0.5 * ((value - least).min(cut));
+                }
+            }
+        }
+        inbox = next;
+    }
+    costs
+        .iter()
+        .zip(&inbox)
+        .map(|(cost, messages)| {
+            let belief = sum(cost, messages);
+            (0..labels).fold(0, |best, k| if belief[k] < belief[best] { k } else { best })
+        })
+        .collect()
+}
+
+fn sum(cost: &[f32], messages: &[Vec<f32>]) -> Vec<f32> {
+    let mut belief = cost.to_vec();
+    for message in messages {
+        belief.iter_mut().zip(message).for_each(|(b, m)| *b += m);
+    }
+    belief
+}

@@ -1,0 +1,224 @@
+//! Ridges of successive picture rows linked into tracks.
+
+use super::{LineSettings, Ridge};
+
+/// One line followed through the picture: its position across for each pixel along it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    /// First pixel along the line.
+    pub start: usize,
+    /// Position across, edge coordinates, one per pixel along; interpolated where not measured.
+    pub across: Vec<f32>,
+    /// Strength of the ridge; 0 where the position is interpolated over a gap.
+    pub strength: Vec<f32>,
+}
+
+impl Track {
+    /// One past the last pixel along the line.
+    #[must_use]
+    pub fn end(&self) -> usize {
+        self.start + self.across.len()
+    }
+
+    /// Position across at an edge-coordinate position along, linear between pixels; up to `beyond` pixels
+    /// past the ends the line goes on straight.
+    #[must_use]
+    pub fn at(&self, along: f64, beyond: f64) -> Option<f64> {
+        let from_first = along - 0.5 - self.start as f64;
+        let last = (self.across.len() - 1) as f64;
+        if !(-beyond..=last + beyond).contains(&from_first) {
+            return None;
+        }
+        if from_first < 0.0 || from_first > last {
+            let end = from_first.clamp(0.0, last);
+            return Some(self.value(end) + self.end_slope(end as usize) * (from_first - end));
+        }
+        Some(self.value(from_first))
+    }
+
+    /// Range of positions across.
+    #[must_use]
+    pub fn span(&self) -> (f32, f32) {
+        let fold = |(low, high): (f32, f32), &v: &f32| (low.min(v), high.max(v));
+        self.across.iter().fold((f32::MAX, f32::MIN), fold)
+    }
+
+    /// Across per pixel along, from the ten points on either side of a position along.
+    #[must_use]
+    pub fn slope(&self, along: f64) -> f64 {
+        const REACH: usize = 10;
+        let middle = (along - self.start as f64).max(0.0) as usize;
+        let high = (middle + REACH).min(self.across.len() - 1);
+        let low = middle.min(high).saturating_sub(REACH);
+        if high == low {
+            return 0.0;
+        }
+        f64::from(self.across[high] - self.across[low]) / (high - low) as f64
+    }
+
+    fn value(&self, from_first: f64) -> f64 {
+        let k = (from_first as usize).min(self.across.len() - 1);
+        let next = (k + 1).min(self.across.len() - 1);
+        let (a, b) = (f64::from(self.across[k]), f64::from(self.across[next]));
+        a + (from_first - k as f64) * (b - a)
+    }
+
+    fn end_slope(&self, end: usize) -> f64 {
+        self.slope((self.start + end) as f64)
+    }
+}
+
+/// A track that may still grow.
+struct Growing {
+    start: usize,
+    across: Vec<f32>,
+    strength: Vec<f32>,
+    strong: usize,
+    slope: f32,
+}
+
+impl Growing {
+    fn new(start: usize, ridge: &Ridge) -> Self {
+        Self {
+            start,
+            across: vec![ridge.across],
+            strength: vec![ridge.strength],
+            strong: 1,
+            slope: 0.0,
+        }
+    }
+
+    /// Last measured pixel along.
+    fn last(&self) -> usize {
+        self.start + self.across.len() - 1
+    }
+
+    fn predicted(&self, along: usize) -> f32 {
+        self.across[self.across.len() - 1] + self.slope * (along - self.last()) as f32
+    }
+
+    fn push(&mut self, along: usize, ridge: &Ridge) {
+        let from = self.across[self.across.len() - 1];
+        let steps = along - self.last();
+        for k in 1..steps {
+            self.across
+                .push(from + (ridge.across - from) * k as f32 / steps as f32);
+            self.strength.push(0.0);
+        }
+        self.across.push(ridge.across);
+        self.strength.push(ridge.strength);
+        self.strong += usize::from(ridge.strong);
+        self.slope = self.recent_slope();
+    }
+
+    /// Least-squares slope of the last points; 0 until there are enough.
+    fn recent_slope(&self) -> f32 {
+        const RECENT: usize = 12;
+        const FEWEST: usize = 4;
+        let recent = &self.across[self.across.len().saturating_sub(RECENT)..];
+        let n = recent.len();
+        if n < FEWEST {
+            return 0.0;
+        }
+        let middle = (n - 1) as f32 / 2.0;
+        let (mut top, mut bottom) = (0.0, 0.0);
+        for (k, &x) in recent.iter().enumerate() {
+            let t = k as f32 - middle;
+            top += t * x;
+            bottom += t * t;
+        }
+        top / bottom
+    }
+}
+
+/// Gate growth per picture row of gap: the slope's uncertainty.
+const GATE_PER_GAP_PX: f32 = 0.1;
+/// Steepest sideways step per picture row: 45 degrees and a little.
+const STEEPEST: f32 = 1.3;
+
+/// Links ridges into tracks; a track needs two and a half line widths of strong ridges, at least five.
+pub(super) fn follow(
+    ridges: &[Vec<Ridge>],
+    width_px: f64,
+    gap_px: f64,
+    settings: &LineSettings,
+) -> Vec<Track> {
+    let fewest = (2.5 * width_px).max(5.0) as usize;
+    let longest_gap = gap_px.max(1.0) as usize;
+    let gate = settings.gate_px.clamp(0.5, 5.0) as f32;
+    let mut growing: Vec<Growing> = Vec::new();
+    let mut done = Vec::new();
+    let mut pairs = Vec::new();
+    for (along, row) in ridges.iter().enumerate() {
+        growing.retain_mut(|track| {
+            let goes_on = along - track.last() <= longest_gap + 1;
+            if !goes_on {
+                finish(track, fewest, &mut done);
+            }
+            goes_on
+        });
+        candidates(&growing, row, along, gate, &mut pairs);
+        let mut track_taken = vec![false; growing.len()];
+        let mut ridge_taken = vec![false; row.len()];
+        for &(_, track, ridge) in &pairs {
+            if !track_taken[track] && !ridge_taken[ridge] {
+                (track_taken[track], ridge_taken[ridge]) = (true, true);
+                growing[track].push(along, &row[ridge]);
+            }
+        }
+        let fresh = row.iter().zip(&ridge_taken);
+        growing.extend(
+            fresh
+                .filter(|(ridge, taken)| ridge.strong && !**taken)
+                .map(|(ridge, _)| Growing::new(along, ridge)),
+        );
+    }
+    growing
+        .iter_mut()
+        .for_each(|track| finish(track, fewest, &mut done));
+    done.sort_by(|a: &Track, b: &Track| {
+        (a.start, a.across[0])
+            .partial_cmp(&(b.start, b.across[0]))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    done
+}
+
+fn finish(track: &mut Growing, fewest: usize, done: &mut Vec<Track>) {
+    if track.strong >= fewest {
+        done.push(Track {
+            start: track.start,
+            across: std::mem::take(&mut track.across),
+            strength: std::mem::take(&mut track.strength),
+        });
+    }
+}
+
+/// Tracks and ridges near each other, nearest pairs first.
+fn candidates(
+    growing: &[Growing],
+    row: &[Ridge],
+    along: usize,
+    gate: f32,
+    pairs: &mut Vec<(f32, usize, usize)>,
+) {
+    pairs.clear();
+    for (t, track) in growing.iter().enumerate() {
+        let gap = (along - track.last() - 1) as f32;
+        let predicted = track.predicted(along);
+        let reach = gate + GATE_PER_GAP_PX * gap;
+        let last = track.across[track.across.len() - 1];
+        let first = row.partition_point(|ridge| ridge.across < predicted - reach);
+        for (r, ridge) in row.iter().enumerate().skip(first) {
+            if ridge.across > predicted + reach {
+                break;
+            }
+            if (ridge.across - last).abs() <= STEEPEST * (gap + 1.0) + 0.5 {
+                // a longer track is the better evidence when two reach for the same ridge
+                let handicap = 1.0 / (1.0 + track.across.len() as f32);
+                pairs.push(((ridge.across - predicted).abs() + handicap, t, r));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+}

@@ -1,0 +1,49 @@
+//! The pipeline's settings: one table per stage, named after the stage.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Method, colours::ColourSettings, crossings::CrossingSettings, gain::GainSettings,
+    grid::DecodeSettings, lines::LineSettings, reference::ReferenceSettings,
+    response::ResponseSettings,
+};
+
+/// All settings of the pipeline. In TOML each field that is a struct is a table of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PipelineSettings {
+    /// Which reading method is used: `likelihood` (ours) or `thesis` (2001).
+    pub method: Method,
+    /// Whether the stages' products are kept as pictures for the report.
+    pub pictures: bool,
+    /// Light from camera bytes.
+    pub response: ResponseSettings,
+    /// Black and white references, noise.
+    pub reference: ReferenceSettings,
+    /// The gain image.
+    pub gain: GainSettings,
+    /// Line middles.
+    pub lines: LineSettings,
+    /// Crossings.
+    pub crossings: CrossingSettings,
+    /// Colour evidence.
+    pub colours: ColourSettings,
+    /// Linking and decoding.
+    pub grid: DecodeSettings,
+}
+
+impl Default for PipelineSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            pictures: true,
+            response: ResponseSettings::default(),
+            reference: ReferenceSettings::default(),
+            gain: GainSettings::default(),
+            lines: LineSettings::default(),
+            crossings: CrossingSettings::default(),
+            colours: ColourSettings::default(),
+            grid: DecodeSettings::default(),
+        }
+    }
+}

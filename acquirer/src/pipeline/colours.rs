@@ -127,8 +127,15 @@ pub fn find_colours(
             axis,
         )
     };
-    let units: Vec<Unit> = (0..2 * crossings.all.len()).into_par_iter().map(unit).collect();
-    let spread = if gain.is_some() { settings.gain_spread } else { settings.free_gain_spread };
+    let units: Vec<Unit> = (0..2 * crossings.all.len())
+        .into_par_iter()
+        .map(unit)
+        .collect();
+    let spread = if gain.is_some() {
+        settings.gain_spread
+    } else {
+        settings.free_gain_spread
+    };
     let mut model = Model {
         responses: nominal.iter().copied().take(MAX_COLOURS).collect(),
         misfit: 0.1,
@@ -140,7 +147,10 @@ pub fn find_colours(
         model.refine(&evidence);
         evidence = model.weigh_all(&units);
     }
-    let (rows, columns) = evidence.chunks_exact(2).map(|pair| (pair[0], pair[1])).unzip();
+    let (rows, columns) = evidence
+        .chunks_exact(2)
+        .map(|pair| (pair[0], pair[1]))
+        .unzip();
     Colours {
         rows,
         columns,
@@ -290,11 +300,18 @@ impl Model<'_> {
             }
         }
         for c in 0..3 {
-            evidence.ratio[c] = if bottom[c] > 1e-3 { top[c] / bottom[c] } else { f32::NAN };
+            evidence.ratio[c] = if bottom[c] > 1e-3 {
+                top[c] / bottom[c]
+            } else {
+                f32::NAN
+            };
         }
         evidence.signal = (power / unit.samples.len().max(1) as f32).sqrt();
         let share = 1.0 / self.settings.correlation_px.max(1.0) as f32;
-        let best = evidence.nats[..colours].iter().copied().fold(f32::MIN, f32::max);
+        let best = evidence.nats[..colours]
+            .iter()
+            .copied()
+            .fold(f32::MIN, f32::max);
         let clip = -self.settings.crossing_clip_nats as f32;
         for value in &mut evidence.nats[..colours] {
             *value = ((*value - best) * share).max(clip);

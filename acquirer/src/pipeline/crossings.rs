@@ -150,7 +150,13 @@ fn meetings(lines: &Lines) -> Vec<Crossing> {
             let span = column.span();
             let mut found = Vec::new();
             for (r, row) in lines.rows.tracks.iter().enumerate() {
-                if apart(column, span, row, row_spans[r], beyond[0].max(beyond[1]) as f32) {
+                if apart(
+                    column,
+                    span,
+                    row,
+                    row_spans[r],
+                    beyond[0].max(beyond[1]) as f32,
+                ) {
                     continue;
                 }
                 if let Some(centre) = meet(column, row, beyond) {
@@ -274,11 +280,22 @@ fn set_arms(crossings: &mut Crossings, lines: &Lines, settings: &CrossingSetting
         let inner_px = 0.5 * other_width + settings.margin_px;
         let shortest = inner_px + 4.0;
         for track in crossings.on(axis).to_vec() {
-            let along: Vec<f64> = track.iter().map(|&k| crossings.all[k].along(axis)).collect();
+            let along: Vec<f64> = track
+                .iter()
+                .map(|&k| crossings.all[k].along(axis))
+                .collect();
             for (at, &k) in track.iter().enumerate() {
-                let before = if at > 0 { along[at] - along[at - 1] } else { f64::MAX };
+                let before = if at > 0 {
+                    along[at] - along[at - 1]
+                } else {
+                    f64::MAX
+                };
                 let after = along.get(at + 1).map_or(f64::MAX, |next| next - along[at]);
-                let longest = if typical > 0.0 { 1.5 * typical } else { 8.0 * other_width };
+                let longest = if typical > 0.0 {
+                    1.5 * typical
+                } else {
+                    8.0 * other_width
+                };
                 let arm = |gap: f64| (reach * gap.min(longest)).max(shortest);
                 // at the end of a line the gap on the other side tells the pitch
                 let fallback = before.min(after).min(longest);
@@ -340,7 +357,12 @@ impl Curve {
     }
 
     /// Fits the points of both arms, and notes which arms were seen.
-    fn fit(track: &Track, along: f64, arms: &mut Arms, settings: &CrossingSettings) -> Option<Self> {
+    fn fit(
+        track: &Track,
+        along: f64,
+        arms: &mut Arms,
+        settings: &CrossingSettings,
+    ) -> Option<Self> {
         const FEWEST: usize = 3;
         let mut points = Vec::new();
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
@@ -388,7 +410,10 @@ impl Curve {
             let mut off: Vec<f64> = points.iter().map(|p| (p.1 - curve.at(p.0)).abs()).collect();
             off.sort_by(f64::total_cmp);
             let limit = (3.0 * 1.483 * off[off.len() / 2]).max(0.05);
-            let kept = points.iter().filter(|p| (p.1 - curve.at(p.0)).abs() <= limit).count();
+            let kept = points
+                .iter()
+                .filter(|p| (p.1 - curve.at(p.0)).abs() <= limit)
+                .count();
             if kept == points.len() || kept < 5 {
                 break;
             }
@@ -403,7 +428,9 @@ impl Curve {
 
     fn straight(points: &[(f64, f64)]) -> Option<Self> {
         let n = points.len() as f64;
-        let (t, x) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
+        let (t, x) = points
+            .iter()
+            .fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
         let (t, x) = (t / n, x / n);
         let (top, bottom) = points.iter().fold((0.0, 0.0), |s, p| {
             (s.0 + (p.0 - t) * (p.1 - x), s.1 + (p.0 - t) * (p.0 - t))

@@ -77,8 +77,7 @@ pub fn line_light(capture: &Light, reference: &Reference, settings: &GainSetting
             .zip(variance[c].values_mut())
             .zip(blacks);
         pixels.for_each(|((light, variance), &k)| {
-            *variance =
-                noise.variance(c, *light) * share + noise.variance(c, k) * black_share;
+            *variance = noise.variance(c, *light) * share + noise.variance(c, k) * black_share;
             *light -= k;
         });
     }
@@ -95,6 +94,26 @@ pub fn line_light(capture: &Light, reference: &Reference, settings: &GainSetting
         variance,
         clipped,
         white_is_measured,
+    }
+}
+
+impl LineLight {
+    /// Without a measured white, the unary grid's light over its own colour stands for it, if that colour
+    /// has all three channels; lines then have their own albedo and profile as reference.
+    pub(super) fn take_white_from(&mut self, unary: &Self, colour: [f32; 3]) {
+        const LEAST: f32 = 0.15; // of full light in each channel, for a usable signal
+        if self.white_is_measured || colour.iter().any(|&share| share < LEAST) {
+            return;
+        }
+        for c in 0..3 {
+            let pixels = self.white[c].values_mut().iter_mut();
+            pixels
+                .zip(unary.above_black[c].values())
+                .for_each(|(white, &light)| *white = (light / colour[c]).max(0.0));
+        }
+        let bits = self.clipped.iter_mut().zip(&unary.clipped);
+        bits.for_each(|(bit, other)| *bit |= other);
+        self.white_is_measured = true;
     }
 }
 

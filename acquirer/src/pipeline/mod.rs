@@ -10,20 +10,50 @@
 //! right, y down. Rows and columns are counted from 0. Millimetres are in the camera frame: x right,
 //! y down, z forward.
 
+pub mod plane;
+pub mod tiles;
+
+pub mod response;
+
+pub mod reference;
+
+pub mod gain;
+
+pub mod lines;
+
+pub mod crossings;
+
+pub mod colours;
+
+pub mod grid;
+
+pub mod shift;
+
+pub mod surface;
+
+pub mod result;
+
+mod pictures;
+mod settings;
+
 pub mod thesis;
 
 pub mod colour_choice;
 
-pub mod grid;
-pub mod result;
-pub mod shift;
-pub mod surface;
-
 use image::RgbImage;
-use shared::pattern::{GridSettings, RasterSize, Rgb};
+use shared::{
+    geometry::RigCalibration,
+    pattern::{GridSettings, RasterSize, Rgb},
+};
 use thiserror::Error;
 
-use grid::DecodedGrid;
+use gain::{GainImage, LineLight};
+use grid::{DecodedGrid, Observed};
+use reference::Reference;
+use response::{Light, Response};
+
+pub use settings::PipelineSettings;
+pub use surface::find_surface;
 
 /// Why captures can't be read at all. A picture without a readable grid is no error but a result.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -112,4 +142,147 @@ pub struct StagePicture {
     pub caption: String,
     /// The picture.
     pub picture: RgbImage,
+}
+
+/// Reads the grid in the captures of one stage. With a calibration the labels are checked against its
+/// epipolar geometry, else against each other.
+///
+/// # Errors
+/// No capture of the coded grid, a capture without pixels, or captures of different sizes.
+pub fn read_stage(
+    captures: &Captures,
+    projected: &Projected,
+    calibration: Option<&RigCalibration>,
+    settings: &PipelineSettings,
+) -> Result<StageReading, PipelineError> {
+    check_sizes(captures)?;
+    let response = Response::new(&settings.response);
+    let coded = response
+        .light(&captures.prmvs)
+        .ok_or(PipelineError::NoCodedCapture)?;
+    let unary = response.light(&captures.unary);
+    let grids: Vec<&Light> = [Some(&coded), unary.as_ref()]
+        .into_iter()
+        .flatten()
+        .collect();
+    let reference = reference::find_reference(
+        &captures.black,
+        &captures.white,
+        &grids,
+        &response,
+        &settings.reference,
+    )
+    .ok_or(PipelineError::NoCodedCapture)?;
+    let seen = Seen::new(&coded, unary.as_ref(), &reference, projected, settings);
+    let lines = lines::find_lines(&seen.gain, settings.gain.shrink, &settings.lines);
+    let crossings = crossings::find_crossings(&lines, &settings.crossings);
+    let colours = colours::find_colours(
+        &seen.coded,
+        seen.unary_gain.as_ref().map(|image| &image.gain),
+        &lines,
+        &crossings,
+        &nominal(projected.pattern.coded.colours()),
+        &settings.colours,
+    );
+    let observed = Observed {
+        lines: &lines,
+        crossings: &crossings,
+        colours: &colours,
+    };
+    let grid = grid::find_grid(observed, projected, calibration, &settings.grid);
+    let pictures = if settings.pictures {
+        pictures::draw(&reference, &seen, &lines, &grid, settings)
+    } else {
+        Vec::new()
+    };
+    Ok(StageReading { grid, pictures })
+}
+
+/// The light of the grids' lines, ready to be measured.
+struct Seen {
+    /// The coded grid's light.
+    coded: LineLight,
+    /// The unary grid's share of white light.
+    unary_gain: Option<GainImage>,
+    /// The gain image that the lines are found in.
+    gain: GainImage,
+}
+
+impl Seen {
+    fn new(
+        coded: &Light,
+        unary: Option<&Light>,
+        reference: &Reference,
+        projected: &Projected,
+        settings: &PipelineSettings,
+    ) -> Self {
+        let mut coded = gain::line_light(coded, reference, &settings.gain);
+        let unary_colour = colours::nominal_response(projected.pattern.unary);
+        let unary_gain = unary.map(|unary| {
+            let light = gain::line_light(unary, reference, &settings.gain);
+            let image = gain::find_gain(&light, &[unary_colour], &settings.gain);
+            coded.take_white_from(&light, unary_colour);
+            image
+        });
+        let coded_gain = || {
+            let colours = nominal(projected.pattern.coded.colours());
+            gain::find_gain(&coded, &colours, &settings.gain)
+        };
+        let gain = match &unary_gain {
+            Some(unary) if settings.gain.both_grids => {
+                gain::merge_gains(unary.clone(), &coded_gain(), &settings.gain)
+            }
+            Some(unary) => unary.clone(),
+            None => coded_gain(),
+        };
+        // a unary grid that stood for white says nothing about the gain any more
+        let unary_gain = unary_gain.filter(|_| reference.white.is_some());
+        Self {
+            coded,
+            unary_gain,
+            gain,
+        }
+    }
+}
+
+fn nominal(colours: &[Rgb]) -> Vec<[f32; 3]> {
+    colours
+        .iter()
+        .map(|&colour| colours::nominal_response(colour))
+        .collect()
+}
+
+fn check_sizes(captures: &Captures) -> Result<(), PipelineError> {
+    let first = captures
+        .prmvs
+        .first()
+        .ok_or(PipelineError::NoCodedCapture)?;
+    let size = |picture: &RgbImage| RasterSize {
+        width: picture.width(),
+        height: picture.height(),
+    };
+    let expected = size(first);
+    let kinds = [
+        ("coded", &captures.prmvs),
+        ("unary", &captures.unary),
+        ("black", &captures.black),
+        ("white", &captures.white),
+    ];
+    for (what, pictures) in kinds {
+        for picture in pictures {
+            let found = size(picture);
+            let what = what.to_owned();
+            if found.pixels() == 0 {
+                return Err(PipelineError::Empty { what });
+            }
+            if found != expected {
+                return Err(PipelineError::SizesDiffer {
+                    what,
+                    found,
+                    expected,
+                });
+            }
+        }
+    }
+    Ok(())
 }

@@ -110,7 +110,10 @@ mod tests {
         assert_eq!(plane.at(1.5, 0.5), 1.0);
         assert_eq!(plane.at(2.0, 1.0), 6.5);
         assert_eq!(plane.at(-5.0, 99.0), 10.0);
-        assert_eq!(plane.transposed().values(), &[0.0, 10.0, 1.0, 11.0, 2.0, 12.0]);
+        assert_eq!(
+            plane.transposed().values(),
+            &[0.0, 10.0, 1.0, 11.0, 2.0, 12.0]
+        );
         assert_eq!(Plane::default().at(1.0, 1.0), 0.0);
     }
 }

@@ -123,11 +123,7 @@ const TRIMMED: f64 = 0.1;
 /// What the mean square of a normal variable is divided by after its largest tenth was left out.
 const TRIM_LOSS: f64 = 0.563;
 
-fn noise_law(
-    kinds: &[&[RgbImage]],
-    response: &Response,
-    settings: &ReferenceSettings,
-) -> NoiseLaw {
+fn noise_law(kinds: &[&[RgbImage]], response: &Response, settings: &ReferenceSettings) -> NoiseLaw {
     let mut law = NoiseLaw {
         floor: [(settings.dark_noise * settings.dark_noise) as f32; 3],
         growth: [settings.noise_growth as f32; 3],

@@ -53,8 +53,16 @@ pub fn find_surface(
         calibration,
     };
     let crossings = object.grid.crossings.iter();
-    let mut points: Vec<SurfacePoint> = crossings.flat_map(|crossing| scene.vertices(crossing)).collect();
-    points.extend(object.grid.tracks.iter().flat_map(|track| scene.line(track)));
+    let mut points: Vec<SurfacePoint> = crossings
+        .flat_map(|crossing| scene.vertices(crossing))
+        .collect();
+    points.extend(
+        object
+            .grid
+            .tracks
+            .iter()
+            .flat_map(|track| scene.line(track)),
+    );
     points
 }
 
@@ -89,7 +97,9 @@ impl Scene<'_> {
             return Vec::new();
         };
         let grid = &self.projected.pattern.coded;
-        let at = grid.line(track.axis, usize::from(line), self.projected.raster).centre_px();
+        let at = grid
+            .line(track.axis, usize::from(line), self.projected.raster)
+            .centre_px();
         let seen = smooth(track);
         let mut points = Vec::new();
         for (k, (point, &seen)) in track.points.iter().zip(&seen).enumerate() {
@@ -137,7 +147,11 @@ impl Scene<'_> {
         let (ex, ey) = (step.x - seen.x, step.y - seen.y);
         let (lx, ly) = (after.x - before.x, after.y - before.y);
         let length = ex.hypot(ey) * lx.hypot(ly);
-        if length > 0.0 { (ex * ly - ey * lx).abs() / length } else { 0.0 }
+        if length > 0.0 {
+            (ex * ly - ey * lx).abs() / length
+        } else {
+            0.0
+        }
     }
 
     fn colour(&self, at: CameraPixel) -> [u8; 3] {
@@ -148,9 +162,9 @@ impl Scene<'_> {
                 && at.x < f64::from(picture.width())
                 && at.y < f64::from(picture.height())
         };
-        shown
-            .filter(inside)
-            .map_or([128; 3], |picture| picture.get_pixel(at.x as u32, at.y as u32).0)
+        shown.filter(inside).map_or([128; 3], |picture| {
+            picture.get_pixel(at.x as u32, at.y as u32).0
+        })
     }
 }
 
@@ -183,7 +197,8 @@ fn nearest_on_ray(
 ) -> Option<Vector3<f64>> {
     const ROUNDS: usize = 10;
     let ray = calibration.projector_ray(from)?;
-    let mut distance = (calibration.triangulate(seen, from)?.point - ray.origin).dot(&ray.direction);
+    let mut distance =
+        (calibration.triangulate(seen, from)?.point - ray.origin).dot(&ray.direction);
     for _ in 0..ROUNDS {
         let step = 1e-4 * distance;
         let here = calibration.camera_pixel(&ray.at(distance))?;

@@ -110,6 +110,9 @@ mod tests {
     fn a_picture_smaller_than_a_tile_has_one_tile() {
         let tiles = Tiles::quantile(&Plane::filled(1, 1, 0.5), 32, 0.5);
         assert_eq!(tiles.at(0.5, 0.5), 0.5);
-        assert_eq!(Tiles::quantile(&Plane::default(), 32, 0.5).at(0.0, 0.0), 0.0);
+        assert_eq!(
+            Tiles::quantile(&Plane::default(), 32, 0.5).at(0.0, 0.0),
+            0.0
+        );
     }
 }

@@ -39,11 +39,15 @@ pub(super) fn against_each_other(matches: &[Match], settings: &DecodeSettings) -
     let mut random = 0x2545_f491_4f6c_dd1d_u64;
     let mut best: Option<(f64, Matrix3<f64>)> = None;
     for _ in 0..ROUNDS {
-        let sample: Vec<usize> = (0..8).map(|_| next_random(&mut random) % matches.len()).collect();
+        let sample: Vec<usize> = (0..8)
+            .map(|_| next_random(&mut random) % matches.len())
+            .collect();
         let Some(f) = points.fundamental(sample.iter().copied()) else {
             continue;
         };
-        let cost: f64 = (0..matches.len()).map(|k| points.sampson(&f, k).min(limit)).sum();
+        let cost: f64 = (0..matches.len())
+            .map(|k| points.sampson(&f, k).min(limit))
+            .sum();
         if best.as_ref().is_none_or(|(least, _)| cost < *least) {
             best = Some((cost, f));
         }
@@ -114,8 +118,14 @@ impl Normalised {
 
 fn normalise(points: impl Iterator<Item = (f64, f64)> + Clone) -> (Vec<Vector3<f64>>, f64) {
     let n = points.clone().count().max(1) as f64;
-    let (x, y) = points.clone().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
-    let spread = points.clone().map(|p| (p.0 - x).hypot(p.1 - y)).sum::<f64>() / n;
+    let (x, y) = points
+        .clone()
+        .fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
+    let spread = points
+        .clone()
+        .map(|p| (p.0 - x).hypot(p.1 - y))
+        .sum::<f64>()
+        / n;
     let scale = std::f64::consts::SQRT_2 / spread.max(1e-9);
     let scaled = points.map(|p| Vector3::new((p.0 - x) * scale, (p.1 - y) * scale, 1.0));
     (scaled.collect(), scale)

@@ -109,7 +109,9 @@ impl Code {
             windows.sort_unstable();
             windows.windows(2).all(|pair| pair[0] != pair[1])
         };
-        let window = (1..symbols.len()).find(|&m| distinct(m)).unwrap_or(symbols.len());
+        let window = (1..symbols.len())
+            .find(|&m| distinct(m))
+            .unwrap_or(symbols.len());
         Self { symbols, window }
     }
 
@@ -156,7 +158,9 @@ mod tests {
 
     #[test]
     fn the_window_is_the_order_of_the_sequence() {
-        for (lines, colours, window) in [(15, 4, 2), (63, 4, 3), (255, 4, 4), (15, 2, 4), (255, 2, 8)] {
+        for (lines, colours, window) in
+            [(15, 4, 2), (63, 4, 3), (255, 4, 4), (15, 2, 4), (255, 2, 8)]
+        {
             let code = Orientation::ALL[0].code(&grid(lines, colours), Axis::Row);
             assert_eq!(code.window, window, "{lines} lines, {colours} colours");
         }
@@ -167,7 +171,11 @@ mod tests {
         let code = Orientation::ALL[0].code(&grid(63, 4), Axis::Column);
         let mut lines = LineEvidence::default();
         for line in 0..9 {
-            let seen = if line == 4 { 3 - code.symbols[24] } else { code.symbols[20 + line] };
+            let seen = if line == 4 {
+                3 - code.symbols[24]
+            } else {
+                code.symbols[20 + line]
+            };
             let mut nats = [-8.0; MAX_COLOURS];
             nats[usize::from(seen)] = 0.0;
             lines.add(line, &nats);

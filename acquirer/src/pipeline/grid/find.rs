@@ -114,7 +114,10 @@ impl Reading<'_> {
                 settings: self.settings,
             };
             let labels = decoder.label(patches);
-            let known = labels.values().filter(|label| matches!(label, Label::Known { .. })).count();
+            let known = labels
+                .values()
+                .filter(|label| matches!(label, Label::Known { .. }))
+                .count();
             if best.as_ref().is_none_or(|(most, _, _)| known > *most) {
                 best = Some((known, orientation, labels));
             }
@@ -122,9 +125,10 @@ impl Reading<'_> {
                 break;
             }
         }
-        best.map_or((Orientation::ALL[0], Labels::new()), |(_, orientation, labels)| {
-            (orientation, labels)
-        })
+        best.map_or(
+            (Orientation::ALL[0], Labels::new()),
+            |(_, orientation, labels)| (orientation, labels),
+        )
     }
 
     fn finish(&self, orientation: Orientation, labels: Labels) -> DecodedGrid {
@@ -138,15 +142,22 @@ impl Reading<'_> {
         let mut outcome: Vec<Result<DecodedCrossing, DropReason>> = Vec::new();
         for (node, crossing) in crossings.all.iter().enumerate() {
             outcome.push(match labels.get(&node) {
-                Some(&Label::Known { flat, steep, confidence }) if crossing.is_whole() => {
-                    let vertices = find_vertices(node, (flat, steep), crossings, &neighbours, &placement);
+                Some(&Label::Known {
+                    flat,
+                    steep,
+                    confidence,
+                }) if crossing.is_whole() => {
+                    let vertices =
+                        find_vertices(node, (flat, steep), crossings, &neighbours, &placement);
                     let index = index(&placement, flat, steep);
-                    vertices.ok_or(DropReason::BrokenLine).map(|vertices| DecodedCrossing {
-                        index,
-                        centre: crossing.centre,
-                        vertices,
-                        confidence,
-                    })
+                    vertices
+                        .ok_or(DropReason::BrokenLine)
+                        .map(|vertices| DecodedCrossing {
+                            index,
+                            centre: crossing.centre,
+                            vertices,
+                            confidence,
+                        })
                 }
                 Some(Label::Known { .. }) | None => Err(DropReason::BrokenLine),
                 Some(&Label::Dropped(reason)) => Err(reason),
@@ -192,7 +203,10 @@ impl Reading<'_> {
 
     fn projector_centre(&self, index: GridIndex) -> ProjectorPixel {
         let grid = &self.projected.pattern.coded;
-        let line = |axis, k: u16| grid.line(axis, usize::from(k), self.projected.raster).centre_px();
+        let line = |axis, k: u16| {
+            grid.line(axis, usize::from(k), self.projected.raster)
+                .centre_px()
+        };
         ProjectorPixel::new(line(Axis::Column, index.column), line(Axis::Row, index.row))
     }
 
@@ -230,8 +244,14 @@ fn index(placement: &Placement<'_>, flat: u16, steep: u16) -> GridIndex {
     let flat = placement.pattern_number(Axis::Row, flat);
     let steep = placement.pattern_number(Axis::Column, steep);
     match placement.orientation.pattern_axis(Axis::Row) {
-        Axis::Row => GridIndex { row: flat, column: steep },
-        Axis::Column => GridIndex { row: steep, column: flat },
+        Axis::Row => GridIndex {
+            row: flat,
+            column: steep,
+        },
+        Axis::Column => GridIndex {
+            row: steep,
+            column: flat,
+        },
     }
 }
 
@@ -267,13 +287,14 @@ fn stretches(
         while next < known.len() && known[next].0 < along {
             next += 1;
         }
-        let (line, half_width_px, confidence) = match (next.checked_sub(1).map(|k| known[k]), known.get(next)) {
-            (Some(a), Some(b)) if a.1 == b.1 => {
-                let share = (along - a.0) / (b.0 - a.0).max(1e-9);
-                (Some(a.1), a.2 + share * (b.2 - a.2), a.3.min(b.3))
-            }
-            _ => (None, half_width_px, 0.0),
-        };
+        let (line, half_width_px, confidence) =
+            match (next.checked_sub(1).map(|k| known[k]), known.get(next)) {
+                (Some(a), Some(b)) if a.1 == b.1 => {
+                    let share = (along - a.0) / (b.0 - a.0).max(1e-9);
+                    (Some(a.1), a.2 + share * (b.2 - a.2), a.3.min(b.3))
+                }
+                _ => (None, half_width_px, 0.0),
+            };
         let position = match family {
             Axis::Row => CameraPixel::new(along, f64::from(across)),
             Axis::Column => CameraPixel::new(f64::from(across), along),

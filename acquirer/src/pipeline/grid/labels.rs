@@ -61,7 +61,11 @@ impl Decoder<'_> {
         }
     }
 
-    fn evidence(&self, family: Axis, nodes: impl Iterator<Item = (usize, (i32, i32))>) -> LineEvidence {
+    fn evidence(
+        &self,
+        family: Axis,
+        nodes: impl Iterator<Item = (usize, (i32, i32))>,
+    ) -> LineEvidence {
         let mut lines = LineEvidence::default();
         for (node, place) in nodes {
             lines.add(line_of(family, place), &self.colours.on(family)[node].nats);
@@ -70,7 +74,8 @@ impl Decoder<'_> {
     }
 
     fn places(&self, family: Axis, lines: &LineEvidence) -> Vec<Fit> {
-        self.code(family).places(lines, self.settings.outside_nats as f32)
+        self.code(family)
+            .places(lines, self.settings.outside_nats as f32)
     }
 
     /// Cuts a patch where its parts stand at different places of the code.
@@ -109,7 +114,12 @@ impl Decoder<'_> {
 
     /// Linked crossings of each crossing, as positions in the patch.
     fn neighbours(&self, patch: &Patch) -> Vec<Vec<usize>> {
-        let at: BTreeMap<usize, usize> = patch.nodes.iter().enumerate().map(|(k, &n)| (n, k)).collect();
+        let at: BTreeMap<usize, usize> = patch
+            .nodes
+            .iter()
+            .enumerate()
+            .map(|(k, &n)| (n, k))
+            .collect();
         let mut neighbours = vec![Vec::new(); patch.nodes.len()];
         for link in self.links {
             if let (Some(&a), Some(&b)) = (at.get(&link.a), at.get(&link.b)) {
@@ -123,7 +133,13 @@ impl Decoder<'_> {
     /// The place in the code (number of the patch's line 0) that each crossing of a patch votes for, its
     /// neighbours considered.
     fn settle(&self, family: Axis, patch: &Patch, neighbours: &[Vec<usize>]) -> Vec<i32> {
-        let nodes = || patch.nodes.iter().copied().zip(patch.places.iter().copied());
+        let nodes = || {
+            patch
+                .nodes
+                .iter()
+                .copied()
+                .zip(patch.places.iter().copied())
+        };
         let whole = self.places(family, &self.evidence(family, nodes()));
         let Some(best) = whole.first() else {
             return vec![0; patch.nodes.len()];
@@ -158,7 +174,9 @@ impl Decoder<'_> {
         let mut seen_at = vec![usize::MAX; patch.nodes.len()];
         for start in 0..patch.nodes.len() {
             let around = neighbourhood(start, neighbours, steps, &mut seen_at);
-            let members = around.into_iter().map(|k| (patch.nodes[k], patch.places[k]));
+            let members = around
+                .into_iter()
+                .map(|k| (patch.nodes[k], patch.places[k]));
             let lines = self.evidence(family, members);
             if lines.lines() < self.code(family).window {
                 continue;
@@ -170,7 +188,8 @@ impl Decoder<'_> {
             }
         }
         votes.remove(&best);
-        let mut others: Vec<(usize, i32)> = votes.into_iter().map(|(offset, n)| (n, offset)).collect();
+        let mut others: Vec<(usize, i32)> =
+            votes.into_iter().map(|(offset, n)| (n, offset)).collect();
         others.sort_by_key(|&(n, offset)| (std::cmp::Reverse(n), offset));
         let mut candidates = vec![best];
         candidates.extend(others.into_iter().take(MOST - 1).map(|(_, offset)| offset));
@@ -205,18 +224,32 @@ impl Decoder<'_> {
                 None
             };
             if let Some(reason) = refused {
-                labels.extend(part.nodes.iter().map(|&node| (node, Label::Dropped(reason))));
+                labels.extend(
+                    part.nodes
+                        .iter()
+                        .map(|&node| (node, Label::Dropped(reason))),
+                );
                 return;
             }
             offsets[k] = places[0].offset;
-            certainty /= 1.0 + places[1..].iter().map(|fit| f64::from(fit.nats - places[0].nats).exp()).sum::<f64>();
+            certainty /= 1.0
+                + places[1..]
+                    .iter()
+                    .map(|fit| f64::from(fit.nats - places[0].nats).exp())
+                    .sum::<f64>();
         }
         for (node, place) in nodes() {
             labels.insert(node, self.label_one(node, place, offsets, certainty));
         }
     }
 
-    fn label_one(&self, node: usize, place: (i32, i32), offsets: [i32; 2], certainty: f64) -> Label {
+    fn label_one(
+        &self,
+        node: usize,
+        place: (i32, i32),
+        offsets: [i32; 2],
+        certainty: f64,
+    ) -> Label {
         let mut confidence = certainty;
         let mut numbers = [0u16; 2];
         for (k, family) in Axis::BOTH.into_iter().enumerate() {
@@ -316,7 +349,11 @@ fn propagate(costs: &[Vec<f32>], neighbours: &[Vec<usize>], cut: f32, rounds: us
         for (a, around) in neighbours.iter().enumerate() {
             let belief = sum(&costs[a], &inbox[a]);
             for (k, &b) in around.iter().enumerate() {
-                let without: Vec<f32> = belief.iter().zip(&inbox[a][k]).map(|(all, own)| all - own).collect();
+                let without: Vec<f32> = belief
+                    .iter()
+                    .zip(&inbox[a][k])
+                    .map(|(all, own)| all - own)
+                    .collect();
                 let least = without.iter().copied().fold(f32::MAX, f32::min);
                 let slot = &mut next[b][reverse[a][k]];
                 for (message, value) in slot.iter_mut().zip(without) {

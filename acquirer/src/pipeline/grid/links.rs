@@ -60,10 +60,17 @@ fn regular_links(crossings: &Crossings, settings: &DecodeSettings) -> Vec<Link> 
         let typical = median_gap(crossings, along);
         for track in crossings.on(along) {
             let place = |k: usize| crossings.all[k].along(along);
-            let gaps: Vec<f64> = track.windows(2).map(|p| place(p[1]) - place(p[0])).collect();
+            let gaps: Vec<f64> = track
+                .windows(2)
+                .map(|p| place(p[1]) - place(p[0]))
+                .collect();
             for (at, pair) in track.windows(2).enumerate() {
                 let near = &gaps[at.saturating_sub(AROUND)..(at + AROUND + 1).min(gaps.len())];
-                let expected = if near.len() > AROUND { middle(near) } else { typical };
+                let expected = if near.len() > AROUND {
+                    middle(near)
+                } else {
+                    typical
+                };
                 let ratio = gaps[at] / expected;
                 let seen = crossings.all[pair[0]].arms(along).seen[1]
                     && crossings.all[pair[1]].arms(along).seen[0];

@@ -88,10 +88,21 @@ pub(super) fn find_vertices(
         scale(node, other, crossings, neighbours, |step| {
             // beyond the last line the pattern's spacing goes on
             let here = placement.span(family, number).centre_px();
-            let pitch = placement.grid.pitch_px(placement.orientation.pattern_axis(family), placement.raster);
-            let sign = if placement.orientation.flipped(family) { -1.0 } else { 1.0 };
+            let pitch = placement
+                .grid
+                .pitch_px(placement.orientation.pattern_axis(family), placement.raster);
+            let sign = if placement.orientation.flipped(family) {
+                -1.0
+            } else {
+                1.0
+            };
             match number.checked_add_signed(step) {
-                Some(next) if usize::from(next) < placement.grid.lines(placement.orientation.pattern_axis(family)) => {
+                Some(next)
+                    if usize::from(next)
+                        < placement
+                            .grid
+                            .lines(placement.orientation.pattern_axis(family)) =>
+                {
                     placement.span(family, next).centre_px() - here
                 }
                 _ => sign * pitch * f64::from(step),
@@ -99,7 +110,10 @@ pub(super) fn find_vertices(
         })
     };
     let (across_flat, across_steep) = (per_px(Axis::Row, flat)?, per_px(Axis::Column, steep)?);
-    let (flat_span, steep_span) = (placement.span(Axis::Row, flat), placement.span(Axis::Column, steep));
+    let (flat_span, steep_span) = (
+        placement.span(Axis::Row, flat),
+        placement.span(Axis::Column, steep),
+    );
     let edge = |span: LineSpan, family: Axis, corner: Corner| {
         let high = match placement.orientation.pattern_axis(family) {
             Axis::Row => corner.is_lower(),

@@ -81,7 +81,10 @@ impl Pass<'_> {
         slope.clear();
         slope.resize(width, 0.0);
         for (k, &weight) in self.across.iter().enumerate().skip(1) {
-            let (left, right) = (&smooth[pad - k..pad - k + width], &smooth[pad + k..pad + k + width]);
+            let (left, right) = (
+                &smooth[pad - k..pad - k + width],
+                &smooth[pad + k..pad + k + width],
+            );
             for ((v, &a), &b) in slope.iter_mut().zip(left).zip(right) {
                 *v += weight * (b - a);
             }

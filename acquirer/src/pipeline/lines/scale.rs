@@ -27,7 +27,13 @@ pub(super) fn line_width(gain: &Plane, settings: &LineSettings) -> f64 {
     let (mut row, mut ridge) = (Vec::new(), Vec::new());
     let rows = ROWS.min(gain.height());
     for k in 0..rows {
-        smoothed_row(gain, (2 * k + 1) * gain.height() / (2 * rows), &along, pad, &mut row);
+        smoothed_row(
+            gain,
+            (2 * k + 1) * gain.height() / (2 * rows),
+            &along,
+            pad,
+            &mut row,
+        );
         for (vote, &width) in votes.iter_mut().zip(&widths) {
             ridge_row(&row, pad, 0.5 * width, &mut ridge);
             *vote += strongest(&ridge);
@@ -45,11 +51,17 @@ fn ridge_row(row: &[f32], pad: usize, sigma: f64, out: &mut Vec<f32>) {
     let second = |k: usize| 1.0 - (k as f64 / sigma).powi(2);
     // what sampling leaves of the kernel's sum would let a flat picture look like a line
     let sum: f64 = f64::from(gauss[0])
-        + 2.0 * (1..gauss.len()).map(|k| second(k) * f64::from(gauss[k])).sum::<f64>();
+        + 2.0
+            * (1..gauss.len())
+                .map(|k| second(k) * f64::from(gauss[k]))
+                .sum::<f64>();
     for (k, &g) in gauss.iter().enumerate() {
         let weight = ((second(k) - sum) * f64::from(g)) as f32;
         let weight = if k == 0 { 0.5 * weight } else { weight };
-        let (left, right) = (&row[pad - k..pad - k + width], &row[pad + k..pad + k + width]);
+        let (left, right) = (
+            &row[pad - k..pad - k + width],
+            &row[pad + k..pad + k + width],
+        );
         for ((v, &a), &b) in out.iter_mut().zip(left).zip(right) {
             *v += weight * (a + b);
         }
@@ -73,6 +85,10 @@ fn refine(widths: &[f64], votes: &[f64]) -> f64 {
     }
     let (a, b, c) = (votes[best - 1], votes[best], votes[best + 1]);
     let bend = a - 2.0 * b + c;
-    let offset = if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+    let offset = if bend < 0.0 {
+        (0.5 * (a - c) / bend).clamp(-0.5, 0.5)
+    } else {
+        0.0
+    };
     widths[best] * STEP.powf(offset)
 }

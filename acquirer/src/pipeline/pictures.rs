@@ -1,0 +1,137 @@
+//! The stages' products as pictures that a person can look at.
+
+use image::{Rgb, RgbImage};
+use shared::{geometry::CameraPixel, pattern::Axis};
+
+use super::{
+    PipelineSettings, Seen, StagePicture,
+    grid::DecodedGrid,
+    lines::Lines,
+    plane::Plane,
+    reference::{Reference, lit_mask},
+};
+
+const ROW_COLOUR: Rgb<u8> = Rgb([255, 160, 0]);
+const COLUMN_COLOUR: Rgb<u8> = Rgb([0, 180, 255]);
+const READ_COLOUR: Rgb<u8> = Rgb([0, 255, 80]);
+const DROPPED_COLOUR: Rgb<u8> = Rgb([255, 40, 40]);
+
+/// The pictures in reading order.
+pub(super) fn draw(
+    reference: &Reference,
+    seen: &Seen,
+    lines: &Lines,
+    grid: &DecodedGrid,
+    settings: &PipelineSettings,
+) -> Vec<StagePicture> {
+    vec![
+        StagePicture {
+            name: "mask",
+            caption:
+                "Where the projector's light can be used: black is shadow or out of reach, red was \
+                      clipped in the coded capture or the white one."
+                    .to_owned(),
+            picture: mask(reference, seen, settings),
+        },
+        StagePicture {
+            name: "gain",
+            caption:
+                "Gain image: the share of white light that arrives, whatever the surface's colour."
+                    .to_owned(),
+            picture: grey(&seen.gain.gain),
+        },
+        StagePicture {
+            name: "lines",
+            caption: format!(
+                "Line map: the middles of {} rows' (orange) and {} columns' (blue) tracks.",
+                lines.rows.tracks.len(),
+                lines.columns.tracks.len()
+            ),
+            picture: tracks(lines, &seen.gain.gain),
+        },
+        StagePicture {
+            name: "crossings",
+            caption: format!(
+                "Vertices of {} labelled crossings (green) and {} dropped crossings (red).",
+                grid.crossings.len(),
+                grid.dropped.len()
+            ),
+            picture: crossings(grid, &seen.gain.gain),
+        },
+    ]
+}
+
+fn byte(share: f32) -> u8 {
+    (share.clamp(0.0, 1.0) * 255.0) as u8
+}
+
+fn grey(plane: &Plane) -> RgbImage {
+    RgbImage::from_fn(plane.width() as u32, plane.height() as u32, |x, y| {
+        let value = plane.values()[y as usize * plane.width() + x as usize];
+        Rgb([byte(value); 3])
+    })
+}
+
+fn dimmed(plane: &Plane) -> RgbImage {
+    let mut picture = grey(plane);
+    picture.iter_mut().for_each(|byte| *byte /= 3);
+    picture
+}
+
+fn mask(reference: &Reference, seen: &Seen, settings: &PipelineSettings) -> RgbImage {
+    let mut picture = grey(&lit_mask(reference, &settings.reference));
+    for (pixel, &bits) in picture.pixels_mut().zip(&seen.coded.clipped) {
+        if bits != 0 {
+            *pixel = DROPPED_COLOUR;
+        }
+    }
+    picture
+}
+
+fn tracks(lines: &Lines, gain: &Plane) -> RgbImage {
+    let mut picture = dimmed(gain);
+    for axis in Axis::BOTH {
+        for track in &lines.family(axis).tracks {
+            for (k, (&across, &strength)) in track.across.iter().zip(&track.strength).enumerate() {
+                let along = (track.start + k) as f64 + 0.5;
+                let (position, colour) = match axis {
+                    Axis::Row => (CameraPixel::new(along, f64::from(across)), ROW_COLOUR),
+                    Axis::Column => (CameraPixel::new(f64::from(across), along), COLUMN_COLOUR),
+                };
+                if strength > 0.0 {
+                    dot(&mut picture, position, colour);
+                }
+            }
+        }
+    }
+    picture
+}
+
+fn crossings(grid: &DecodedGrid, gain: &Plane) -> RgbImage {
+    let mut picture = dimmed(gain);
+    for vertex in grid.crossings.iter().flat_map(|crossing| crossing.vertices) {
+        dot(&mut picture, vertex, READ_COLOUR);
+    }
+    for crossing in &grid.dropped {
+        for k in -2..=2 {
+            let at = |dx, dy| CameraPixel::new(crossing.centre.x + dx, crossing.centre.y + dy);
+            dot(&mut picture, at(f64::from(k), f64::from(k)), DROPPED_COLOUR);
+            dot(
+                &mut picture,
+                at(f64::from(k), f64::from(-k)),
+                DROPPED_COLOUR,
+            );
+        }
+    }
+    picture
+}
+
+fn dot(picture: &mut RgbImage, at: CameraPixel, colour: Rgb<u8>) {
+    if at.x >= 0.0
+        && at.y >= 0.0
+        && at.x < f64::from(picture.width())
+        && at.y < f64::from(picture.height())
+    {
+        picture.put_pixel(at.x as u32, at.y as u32, colour);
+    }
+}

@@ -260,7 +260,8 @@ mod tests {
         }
         let lines = "rows = 16\ncolumns = 15\nrow_width_px = 6\ncolumn_width_px = 6\n\
                      colours = [\"#ff0000\"]\nunary = \"#ffffff\"";
-        let error = grid(lines, Path::new("my.toml")).unwrap_err().to_string();
+        let error = grid(lines, Path::new("my.toml")).unwrap_err();
+        let error = format!("{:#}", anyhow::Error::from(error));
         assert!(
             error.contains("my.toml") && error.contains("16 lines"),
             "{error}"

@@ -210,7 +210,7 @@ pub enum ServerMessage {
         /// The projector's monotonic clock, in nanoseconds since it started.
         clock_ns: u64,
     },
-    /// Reply to what cannot be done; nothing has changed.
+    /// Reply to what cannot be done; nothing has changed, except after [`ErrorCode::NotPresented`].
     Error {
         /// The request's, if it could be read.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -299,7 +299,8 @@ pub enum ErrorCode {
     NotController,
     /// There are as many connections as the projector allows; the connection ends.
     Full,
-    /// The picture could not be presented, for example because the window is covered.
+    /// The picture was not presented in time, for example because the window is covered; a notice comes when
+    /// it is after all.
     NotPresented,
     /// A reason this version does not know.
     #[serde(other)]

@@ -1,0 +1,129 @@
+//! A display nobody sees: Xvfb, and what is on it.
+
+use std::{
+    fmt,
+    io::{BufRead, BufReader},
+    path::PathBuf,
+    process::{Child, Command, Output, Stdio},
+};
+
+use shared::pattern::{Raster, RasterSize, Rgb};
+
+/// What these tests need; they fail without it rather than pass unseen.
+const INSTALL: &str = "apt-get install -y --no-install-recommends xvfb x11-apps mesa-vulkan-drivers \
+                       libxcursor1 libxi6 libxkbcommon-x11-0";
+
+/// A running X server with one monitor and no window manager.
+pub(crate) struct Display {
+    server: Child,
+    name: String,
+    driver: String,
+}
+
+impl Display {
+    /// Starts a server on a free display number.
+    pub(crate) fn start(size: RasterSize) -> Self {
+        let driver = software_vulkan();
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
+            .args(["-screen", "0", &format!("{size}x24")])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|error| missing("Xvfb", &error));
+        let mut number = String::new();
+        let stdout = server.stdout.take().expect("standard output is piped");
+        BufReader::new(stdout)
+            .read_line(&mut number)
+            .expect("Xvfb tells its display number");
+        let name = format!(":{}", number.trim_end());
+        assert!(name.len() > 1, "Xvfb did not start");
+        Self {
+            server,
+            name,
+            driver,
+        }
+    }
+
+    /// The variables that bring a program here, drawn by the software driver.
+    pub(crate) fn environment(&self) -> [(&str, &str); 3] {
+        [
+            ("DISPLAY", &self.name),
+            ("VK_ICD_FILENAMES", &self.driver),
+            ("WGPU_BACKEND", "vulkan"),
+        ]
+    }
+
+    /// Everything that is on the display.
+    pub(crate) fn screenshot(&self) -> Raster {
+        self.dump(&["-root"])
+    }
+
+    /// The inside of the window of this title.
+    pub(crate) fn window(&self, title: &str) -> Raster {
+        self.dump(&["-name", title])
+    }
+
+    fn dump(&self, what: &[&str]) -> Raster {
+        let Output {
+            status,
+            stdout,
+            stderr,
+        } = Command::new("xwd")
+            .args(["-silent", "-display", &self.name])
+            .args(what)
+            .output()
+            .unwrap_or_else(|error| missing("xwd", &error));
+        assert!(status.success(), "{}", String::from_utf8_lossy(&stderr));
+        read_xwd(&stdout)
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        self.server.kill().ok();
+        self.server.wait().ok();
+    }
+}
+
+fn missing(what: &str, error: &dyn fmt::Display) -> ! {
+    panic!("{what}: {error}. These tests need: {INSTALL}")
+}
+
+/// The description file of Mesa's software Vulkan driver.
+fn software_vulkan() -> String {
+    let folder = PathBuf::from("/usr/share/vulkan/icd.d");
+    let files = std::fs::read_dir(&folder).unwrap_or_else(|error| missing("Vulkan", &error));
+    let names = files
+        .flatten()
+        .map(|file| file.path().display().to_string());
+    let found = names.into_iter().find(|name| name.contains("/lvp_icd"));
+    found.unwrap_or_else(|| missing("lavapipe", &"no lvp_icd file in /usr/share/vulkan/icd.d"))
+}
+
+/// Reads an X window dump of a 24-bit TrueColor screen: a header of big-endian 32-bit numbers, a colour
+/// map, and rows of 4 bytes a pixel.
+fn read_xwd(bytes: &[u8]) -> Raster {
+    let field = |k: usize| u32::from_be_bytes(bytes[4 * k..4 * k + 4].try_into().expect("4 bytes"));
+    let [header, format, width, height] = [0, 2, 4, 5].map(field);
+    let [bits, stride, colours] = [11, 12, 19].map(field);
+    let (order, masks) = (field(7), [14, 15, 16].map(field));
+    assert_eq!(
+        (format, bits, masks),
+        (2, 32, [0xff_0000, 0xff00, 0xff]),
+        "not 24-bit TrueColor"
+    );
+    let start = (header + 12 * colours) as usize;
+    Raster::from_fn(RasterSize { width, height }, |x, y| {
+        let at = start + (y * stride + 4 * x) as usize;
+        let pixel: [u8; 4] = bytes[at..at + 4].try_into().expect("4 bytes");
+        let value = if order == 0 {
+            u32::from_le_bytes(pixel)
+        } else {
+            u32::from_be_bytes(pixel)
+        };
+        let [_, red, green, blue] = value.to_be_bytes();
+        Rgb([red, green, blue])
+    })
+}

@@ -23,6 +23,8 @@ mod light;
 
 mod timeline;
 
+mod space;
+
 mod room;
 
 mod sensor;
@@ -32,5 +34,6 @@ mod truth;
 pub use light::ProjectedLight;
 pub use room::Room;
 pub use scene::{Scene, SceneError};
+pub use space::Space;
 pub use timeline::Timeline;
 pub use truth::{TruthVertex, write_truth_csv};

@@ -9,39 +9,32 @@
 use std::time::Duration;
 
 use image::RgbImage;
-use nalgebra::{Vector3, Vector4};
+use nalgebra::Vector4;
 use rayon::prelude::*;
 
 use super::{
     light::{Place, ProjectedLight},
     scene::Scene,
     sensor::Sensor,
-    solid::{Hit, Solid, first_hit, is_free},
+    solid::Hit,
+    space::Space,
     surface::albedo_of,
     timeline::Timeline,
+    truth::TruthVertex,
 };
 use crate::{
-    geometry::{CameraPixel, Pose, ProjectorPixel, Ray, RigCalibration},
+    geometry::{CameraPixel, ProjectorPixel},
+    pattern::{Grid, RasterSize},
     stage::Stage,
 };
 
 /// Where in a pixel its four rays go, px from its corner.
 const SUBPIXELS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
 
-/// Light from so far beside the raster is none, px: beyond a pixel, blur has nothing left to say.
-const BESIDE_PX: f64 = 1.0;
-
-/// A place counts as the one a ray was sent to when the ray ends this near to it, mm.
-pub(super) const SAME_PLACE_MM: f64 = 0.01;
-
 /// A scene in one stage, ready to give frames.
 #[derive(Debug, Clone)]
 pub struct Room {
-    pub(super) stage: Stage,
-    pub(super) rig: RigCalibration,
-    room_from_camera: Pose,
-    projector_mm: Vector3<f64>,
-    pub(super) solids: Vec<Solid>,
+    space: Space,
     sensor: Sensor,
     exposure: Duration,
     readout: Duration,
@@ -64,23 +57,12 @@ struct Lit {
     share: [f32; 3],
 }
 
-/// A place that a camera ray ends at.
-pub(super) struct Sight {
-    pub(super) hit: Hit,
-    /// Where on the projector's raster its light comes from; `None` in shadow and beside the raster.
-    pub(super) projector: Option<ProjectorPixel>,
-}
-
 impl Room {
     /// Works out the room: about a second for 640 x 480 on two cores.
     #[must_use]
     pub fn new(scene: &Scene, stage: Stage) -> Self {
         let mut room = Self {
-            stage,
-            rig: scene.calibration(),
-            room_from_camera: scene.room_from_camera,
-            projector_mm: scene.room_from_projector.translation_mm,
-            solids: scene.solids(stage),
+            space: Space::new(scene, stage),
             sensor: Sensor::new(&scene.camera, scene.random()),
             exposure: scene.exposure(),
             readout: scene.readout(),
@@ -122,19 +104,22 @@ impl Room {
         self.frame(lights, frame_number)
     }
 
-    /// The projector position whose light falls on what the camera sees at a position (px).
-    ///
-    /// `None` where it sees nothing, a shadow, or something that the projector's raster does not reach.
+    /// The geometry of the room.
     #[must_use]
-    pub fn projector_at(&self, at: CameraPixel) -> Option<ProjectorPixel> {
-        self.sight(at)?.projector
+    pub fn space(&self) -> &Space {
+        &self.space
     }
 
-    /// The point (mm, camera frame) that the camera sees at a position (px).
+    /// See [`Space::truth`].
     #[must_use]
-    pub fn point_at(&self, at: CameraPixel) -> Option<Vector3<f64>> {
-        let sight = self.sight(at)?;
-        Some(self.room_from_camera.inverse().point(&sight.hit.point))
+    pub fn truth(&self, grid: &Grid, size: RasterSize) -> Vec<TruthVertex> {
+        self.space.truth(grid, size)
+    }
+
+    /// See [`Space::projector_at`].
+    #[must_use]
+    pub fn projector_at(&self, at: CameraPixel) -> Option<ProjectorPixel> {
+        self.space.projector_at(at)
     }
 
     fn frame<'a>(
@@ -163,66 +148,14 @@ impl Room {
         self.sensor.expose(signal, frame_number)
     }
 
-    /// What the camera sees at a position, px.
-    pub(super) fn sight(&self, at: CameraPixel) -> Option<Sight> {
-        let ahead = self.rig.camera.unproject(at.x, at.y)?;
-        let ray = Ray::through(
-            self.room_from_camera.translation_mm,
-            self.room_from_camera.point(&ahead),
-        )?;
-        let hit = first_hit(&self.solids, &ray)?;
-        let projector = self
-            .light_source(&hit)
-            .filter(|_| is_free(&self.solids, &hit, &self.projector_mm));
-        Some(Sight { hit, projector })
-    }
-
-    /// What the light of a projector position falls on first.
-    pub(super) fn lit_place(&self, at: ProjectorPixel) -> Option<Hit> {
-        let ray = self.rig.projector_ray(at)?;
-        let ahead = self.room_from_camera.point(&ray.at(1.0));
-        first_hit(&self.solids, &Ray::through(self.projector_mm, ahead)?)
-    }
-
-    /// Where the camera sees a place, if nothing hides it.
-    pub(super) fn seen_at(&self, hit: &Hit) -> Option<CameraPixel> {
-        let pixel = self.rig.camera_pixel(&self.in_camera(&hit.point))?;
-        let inside = self.rig.camera.contains(pixel.x, pixel.y);
-        let camera = &self.room_from_camera.translation_mm;
-        let faces = hit.normal.dot(&(camera - hit.point)) > 0.0;
-        (inside && faces && is_free(&self.solids, hit, camera)).then_some(pixel)
-    }
-
-    /// A point of the room in the camera's frame, mm.
-    pub(super) fn in_camera(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.room_from_camera.inverse().point(point)
-    }
-
-    /// A direction of the room in the camera's frame.
-    pub(super) fn direction_in_camera(&self, direction: &Vector3<f64>) -> Vector3<f64> {
-        self.room_from_camera.inverse().direction(direction)
-    }
-
-    /// The projector position that would light a place if nothing stood between.
-    fn light_source(&self, hit: &Hit) -> Option<ProjectorPixel> {
-        let faces = hit.normal.dot(&(self.projector_mm - hit.point)) > 0.0;
-        let at = self
-            .rig
-            .projector_pixel(&self.in_camera(&hit.point))
-            .filter(|_| faces)?;
-        let reach = |length: u32| -BESIDE_PX..f64::from(length) + BESIDE_PX;
-        let lens = &self.rig.projector;
-        (reach(lens.width).contains(&at.x) && reach(lens.height).contains(&at.y)).then_some(at)
-    }
-
     fn pixel(&self, scene: &Scene, index: usize) -> Pixel {
         let (x, y) = ((index % self.width) as f64, (index / self.width) as f64);
         let mut pixel = Pixel::default();
         for (lit, [dx, dy]) in pixel.lit.iter_mut().zip(SUBPIXELS) {
-            let Some(sight) = self.sight(CameraPixel::new(x + dx, y + dy)) else {
+            let Some(sight) = self.space.sight(CameraPixel::new(x + dx, y + dy)) else {
                 continue;
             };
-            let albedo = self.solids[sight.hit.solid].albedo(&sight.hit);
+            let albedo = self.space.solids[sight.hit.solid].albedo(&sight.hit);
             let ambient = ambient_light(scene, &sight.hit);
             for c in 0..3 {
                 pixel.ambient[c] += albedo[c] * ambient[c] / 4.0;
@@ -236,9 +169,8 @@ impl Room {
 
     /// How much of the projector's light a place gives back towards the camera (Lambert, and Blinn's lobe).
     fn lit(&self, scene: &Scene, hit: &Hit, at: ProjectorPixel, albedo: [f32; 3]) -> Lit {
-        let surface = &self.solids[hit.solid].surface;
-        let to_light = self.projector_mm - hit.point;
-        let to_eye = self.room_from_camera.translation_mm - hit.point;
+        let surface = &self.space.solids[hit.solid].surface;
+        let [to_light, to_eye] = self.space.ways(&hit.point);
         let arriving = (scene.reference_mm / to_light.norm()).powi(2) * vignette(scene, at) / 4.0;
         let cosine = hit.shading_normal.dot(&to_light.normalize()).max(0.0);
         let halfway = to_light.normalize() + to_eye.normalize();

@@ -7,15 +7,15 @@ use std::{fmt, io};
 
 use nalgebra::Vector3;
 
-use super::{
-    room::{Room, SAME_PLACE_MM},
-    solid::Hit,
-};
+use super::{solid::Hit, space::Space};
 use crate::{
     geometry::{CameraPixel, Plane, ProjectorPixel},
     pattern::{Axis, Corner, Grid, GridIndex, RasterSize},
     stage::Stage,
 };
+
+/// Rounding of positions, mm.
+const ROUNDING_MM: f64 = 0.01;
 
 /// How far beyond the lines' width a crossing's surroundings reach, in widths of the lines.
 const SURROUNDINGS: f64 = 1.0;
@@ -53,7 +53,7 @@ pub struct TruthVertex {
     pub pitch_px: f64,
 }
 
-impl Room {
+impl Space {
     /// Every vertex of the grid that the projector lights and the camera sees.
     ///
     /// `size` is that of the raster that the grid was drawn on; a raster of another size than the projector's is
@@ -168,7 +168,7 @@ fn is_whole(places: &[Hit]) -> bool {
 fn is_unbroken(a: &Hit, b: &Hit) -> bool {
     let step = b.point - a.point;
     let off = a.normal.dot(&step).abs().max(b.normal.dot(&step).abs());
-    a.normal.dot(&b.normal) > UNBROKEN_COSINE && off <= UNBROKEN_STEP * step.norm() + SAME_PLACE_MM
+    a.normal.dot(&b.normal) > UNBROKEN_COSINE && off <= UNBROKEN_STEP * step.norm() + ROUNDING_MM
 }
 
 /// Writes truth as the table `truth.csv`: one line per vertex, camera px in edge coordinates, mm in the camera frame.

@@ -1,5 +1,7 @@
 //! The pattern contract: places, colours, drawing order, and what is refused.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use proptest::prelude::*;
 use shared::pattern::{
     Axis, Corner, Grid, GridIndex, GridSettings, Palette, Pattern, PatternError, RasterSize, Rgb,

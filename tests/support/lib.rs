@@ -1,1 +1,25 @@
 //! Helpers for the tests of whole programs.
+
+mod truth;
+
+use std::{fs, path::Path};
+
+pub use truth::read_truth;
+
+/// Copies a folder with everything in it.
+///
+/// # Errors
+/// A file that can't be read or written.
+pub fn copy_folder(from: &Path, to: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            copy_folder(&entry.path(), &target)?;
+        } else {
+            fs::copy(entry.path(), target)?;
+        }
+    }
+    Ok(())
+}

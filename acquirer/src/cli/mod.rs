@@ -1,3 +1,75 @@
-//! The commands of the acquirer, one file each.
+//! The command line: parse, check, run; one place where the exit code is made.
+//!
+//! Exit codes: 0 done, 1 failed, 2 wrong use. Figures go to standard output (with `--json` one object and nothing
+//! else), progress and messages to standard error.
 
+mod args;
 pub mod cameras;
+mod colours;
+mod console;
+mod demo;
+mod process;
+mod projector_program;
+mod rig;
+mod scan;
+mod window;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use tracing_subscriber::EnvFilter;
+
+use crate::session::Cancel;
+pub use args::RigArgs;
+use args::{Args, CamerasArgs, Command};
+pub use process::figures_text;
+pub use rig::{open_rig, projected};
+
+/// Runs the program with the arguments of the process.
+#[must_use]
+pub fn main() -> ExitCode {
+    let args = Args::parse();
+    init_log();
+    let cancel = Cancel::default();
+    let on_signal = cancel.clone();
+    if let Err(error) = ctrlc::set_handler(move || on_signal.cancel()) {
+        tracing::warn!("Ctrl-C will end the program at once: {error}");
+    }
+    match run(args, &cancel) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("acquirer: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
+    match args.command {
+        None => window::run(args.window, cancel),
+        Some(Command::Cameras(args)) => list_cameras(&args),
+        Some(Command::Colours(args)) => colours::run(&args, cancel),
+        Some(Command::Scan(args)) => scan::run(&args, cancel),
+        Some(Command::Process(args)) => process::run(&args),
+        Some(Command::Demo(args)) => demo::run(&args, cancel),
+    }
+}
+
+fn list_cameras(args: &CamerasArgs) -> anyhow::Result<()> {
+    let list = cameras::cameras();
+    if args.json {
+        println!("{}", serde_json::to_string(&list)?);
+    } else {
+        print!("{}", cameras::table(&list));
+    }
+    Ok(())
+}
+
+fn init_log() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .init();
+}

@@ -115,6 +115,17 @@ pub enum Method {
     Thesis,
 }
 
+impl Method {
+    /// The word for it on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Likelihood => "likelihood",
+            Self::Thesis => "thesis",
+        }
+    }
+}
+
 /// What the projector showed while the captures were taken.
 #[derive(Debug, Clone)]
 pub struct Projected {

@@ -4,6 +4,7 @@
 //! the distance in camera pixels between the two places; depth is the shift times a factor of the rig
 //! (thesis, chapter 4.6 and Appendix C). A label that is wrong in one stage gives a wrong shift quietly.
 
+use serde::{Deserialize, Serialize};
 use shared::{
     geometry::CameraPixel,
     pattern::{Corner, GridIndex},
@@ -14,6 +15,22 @@ use super::grid::DecodedGrid;
 /// Relative depth for one camera pixel of shift: the factor of Appendix C
 /// (9.43 = 0.6633 x sqrt(202)). It has no unit; a calibrated rig gives millimetres instead.
 pub const THESIS_DEPTH_PER_PX: f64 = 0.6633;
+
+/// How shifts become relative depth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ShiftSettings {
+    /// Relative depth for one camera pixel of shift.
+    pub depth_per_px: f64,
+}
+
+impl Default for ShiftSettings {
+    fn default() -> Self {
+        Self {
+            depth_per_px: THESIS_DEPTH_PER_PX,
+        }
+    }
+}
 
 /// One vertex seen in both stages.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,7 +15,7 @@ mod vertices;
 use serde::{Deserialize, Serialize};
 use shared::{
     geometry::CameraPixel,
-    pattern::{Axis, GridIndex},
+    pattern::{Axis, Corner, GridIndex},
 };
 
 pub use find::{DecodeSettings, Observed, find_grid};
@@ -126,6 +126,14 @@ impl DecodedGrid {
             .crossings
             .binary_search_by_key(&index, |crossing| crossing.index);
         found.ok().map(|at| &self.crossings[at])
+    }
+
+    /// Every vertex of every labelled crossing.
+    pub fn vertices(&self) -> impl Iterator<Item = (GridIndex, Corner, CameraPixel)> + '_ {
+        self.crossings.iter().flat_map(|crossing| {
+            let corners = Corner::ALL.into_iter().zip(crossing.vertices);
+            corners.map(|(corner, at)| (crossing.index, corner, at))
+        })
     }
 
     /// How many crossings were dropped for each reason, in the order of [`DropReason::ALL`].

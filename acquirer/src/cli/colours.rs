@@ -1,0 +1,94 @@
+//! `acquirer colours`: picks the four colours on the scene.
+
+use anyhow::Context;
+
+use super::{
+    args::ColoursArgs,
+    console::Console,
+    rig::{open_rig, projected},
+};
+use crate::{
+    config::Config,
+    pipeline::{Projected, colour_choice::ColourSelection},
+    session::{Cancel, Rig, apply_selection, measure_latency, try_colours},
+};
+use shared::pattern::{Palette, Rgb};
+
+pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
+    let config = Config::load(args.rig.config.as_deref())?;
+    let palette = match &args.palette {
+        None => Palette::default(),
+        Some(path) => {
+            let text = std::fs::read_to_string(path)
+                .with_context(|| format!("palette {}", path.display()))?;
+            Palette::from_toml(&text).with_context(|| path.display().to_string())?
+        }
+    };
+    let mut rig = open_rig(&args.rig, &config)?;
+    let mut console = Console::new();
+    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    let selection = pick(&mut rig, &palette, !args.keep, cancel, &mut console)?;
+    if args.json {
+        println!("{}", serde_json::to_string(&selection)?);
+    } else {
+        print!("{}", text(&selection, &palette));
+    }
+    Ok(())
+}
+
+/// Tries all colours, chooses, and (if `apply`) sends the choice to the projector.
+pub(super) fn pick(
+    rig: &mut Rig,
+    palette: &Palette,
+    apply: bool,
+    cancel: &Cancel,
+    console: &mut Console,
+) -> anyhow::Result<ColourSelection> {
+    let now = projected(rig)?;
+    let trial = try_colours(rig, palette, &now, current(&now), cancel, &mut |p| {
+        console.show(&p);
+    })?;
+    if apply {
+        apply_selection(rig, &trial.selection)?;
+    }
+    Ok(trial.selection)
+}
+
+/// The colours in use, when there are four.
+fn current(projected: &Projected) -> Option<[Rgb; 4]> {
+    projected.pattern.coded.colours().try_into().ok()
+}
+
+/// The choice for people: a table of the colours, the four, and why.
+pub(super) fn text(selection: &ColourSelection, palette: &Palette) -> String {
+    let mut text = format!("{:<14}{:>9}  {:>12}\n", "colour", "value", "recovered px");
+    for entry in &selection.colours {
+        let mark = match selection.best.iter().position(|&c| c == entry.colour) {
+            Some(k) => format!("  colour {}", k + 1),
+            None => String::new(),
+        };
+        let unary = if entry.colour == selection.unary {
+            "  unary"
+        } else {
+            ""
+        };
+        text.push_str(&format!(
+            "{:<14}{:>9}  {:>12}{mark}{unary}\n",
+            entry.name,
+            entry.colour.to_string(),
+            entry.recovered_px
+        ));
+    }
+    let names = selection
+        .best
+        .map(|colour| palette.name_of(colour))
+        .join(", ");
+    text.push_str(&format!(
+        "best four: {names}; unary: {}\n",
+        palette.name_of(selection.unary)
+    ));
+    for reason in &selection.reasons {
+        text.push_str(&format!("  {reason}\n"));
+    }
+    text
+}

@@ -1,0 +1,106 @@
+//! `acquirer process`: reads a recorded scan again.
+
+use anyhow::Context;
+use serde_json::json;
+use shared::stage::Stage;
+
+use super::args::ProcessArgs;
+use crate::{
+    config::Config,
+    output::Summary,
+    process::{Processed, process_scan, read_calibration},
+    scan::ScanFolder,
+};
+
+pub(super) fn run(args: &ProcessArgs) -> anyhow::Result<()> {
+    let mut config = Config::load(args.config.as_deref())?;
+    config.pipeline.method = args.method.into();
+    let mut folder = ScanFolder::open(&args.dir)?;
+    if let Some(path) = &args.calibration {
+        let calibration = read_calibration(path)?;
+        folder.set_calibration(&calibration.to_json()?)?;
+    }
+    let processed = process_scan(&folder, &config)?;
+    print(&folder, &processed, args.json)
+}
+
+/// Prints the figures of a processed scan: for people, or as one JSON object.
+pub(super) fn print(folder: &ScanFolder, processed: &Processed, json: bool) -> anyhow::Result<()> {
+    let object = figures(folder, processed)?;
+    if json {
+        println!("{object}");
+    } else {
+        print!("{}", figures_text(folder, processed));
+    }
+    Ok(())
+}
+
+/// The figures as JSON: the summary, the paths and the times.
+pub(super) fn figures(
+    folder: &ScanFolder,
+    processed: &Processed,
+) -> anyhow::Result<serde_json::Value> {
+    let summary = serde_json::to_value(Summary::of(folder, &processed.result))
+        .context("the summary can't be written as JSON")?;
+    Ok(json!({
+        "scan": folder.dir(),
+        "results": processed.paths.dir,
+        "summary": summary,
+        "times": processed.times,
+    }))
+}
+
+/// The figures of a processed scan for people, a line each.
+#[must_use]
+pub fn figures_text(folder: &ScanFolder, processed: &Processed) -> String {
+    let summary = Summary::of(folder, &processed.result);
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| text.push_str(&format!("{name:<22}{value}\n"));
+    line("scan", folder.dir().display().to_string());
+    line("method", summary.method.name().to_owned());
+    for stage in Stage::BOTH {
+        let Some(figures) = summary.stage(stage) else {
+            continue;
+        };
+        let dropped = figures.dropped.iter().filter(|(_, count)| **count > 0);
+        let reasons: Vec<_> = dropped.map(|(reason, n)| format!("{n} {reason}")).collect();
+        line(
+            &format!("{stage} crossings"),
+            format!(
+                "{} of {} labelled ({:.1} %), dropped: {}",
+                figures.crossings_labelled,
+                figures.crossings_possible,
+                figures.coverage_percent,
+                if reasons.is_empty() {
+                    "none".to_owned()
+                } else {
+                    reasons.join(", ")
+                },
+            ),
+        );
+    }
+    if let Some(shifts) = &summary.shifts {
+        let range = format!(
+            "median {:.2} px, largest {:.2} px",
+            shifts.median_px, shifts.largest_px
+        );
+        line("shift", format!("{} vertices, {range}", shifts.vertices));
+    }
+    if let Some(surface) = &summary.surface {
+        let [near, far] = surface.z_mm;
+        line(
+            "surface",
+            format!(
+                "{} points, {near:.1} to {far:.1} mm from the camera",
+                surface.points
+            ),
+        );
+    }
+    let times = processed
+        .times
+        .iter()
+        .map(|time| format!("{} {:.0} ms", time.step, time.ms));
+    line("time", times.collect::<Vec<_>>().join(", "));
+    line("results", processed.paths.dir.display().to_string());
+    text
+}

@@ -1,0 +1,184 @@
+//! `acquirer scan`: records without and with the object, then reads.
+
+use std::{
+    io::{BufRead, IsTerminal},
+    path::Path,
+    process::Command,
+    thread,
+    time::Duration,
+};
+
+use anyhow::{Context, bail};
+use shared::{pattern::Palette, pattern::RasterSize, stage::Stage};
+
+use super::{
+    args::ScanArgs,
+    colours,
+    console::Console,
+    process,
+    rig::{open_rig, projected},
+};
+use crate::{
+    camera::CameraSpec,
+    config::Config,
+    process::{SELECTION_FILE, process_scan, read_calibration},
+    scan::{ScanFolder, write_whole},
+    session::{Cancel, Rig, SessionError, measure_latency, record_stage},
+};
+
+pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
+    let mut config = Config::load(args.rig.config.as_deref())?;
+    config.pipeline.method = args.method.into();
+    let calibration = args
+        .calibration
+        .as_deref()
+        .map(read_calibration)
+        .transpose()?;
+    if args.out.join("scan.json").exists() {
+        bail!(
+            "{} already holds a scan; choose another folder or remove it",
+            args.out.display()
+        );
+    }
+    let object = Placing::of(args)?;
+    let mut rig = open_rig(&args.rig, &config)?;
+    let mut console = Console::new();
+    let recording = Recording {
+        out: &args.out,
+        pick_colours: args.pick_colours,
+        object,
+    };
+    let mut folder = recording.run(&mut rig, &config, cancel, &mut console)?;
+    if let Some(calibration) = calibration {
+        folder.set_calibration(&calibration.to_json()?)?;
+    }
+    let processed = process_scan(&folder, &config)?;
+    process::print(&folder, &processed, args.json)
+}
+
+/// Who puts the object into the scene between the two stages.
+pub(super) enum Placing<'a> {
+    /// The camera itself: a recording or a simulated room.
+    Camera,
+    /// A person, asked on the terminal.
+    Person,
+    /// A command.
+    Command(&'a str),
+}
+
+impl<'a> Placing<'a> {
+    fn of(args: &'a ScanArgs) -> anyhow::Result<Self> {
+        if let Some(command) = &args.place_object {
+            return Ok(Self::Command(command));
+        }
+        match args.rig.camera {
+            Some(CameraSpec::Replay(_) | CameraSpec::Simulated(_)) => Ok(Self::Camera),
+            _ if std::io::stdin().is_terminal() => Ok(Self::Person),
+            _ => bail!(
+                "nobody can be asked to place the object, standard input is not a terminal; give \
+                 --place-object COMMAND"
+            ),
+        }
+    }
+
+    fn place(&self, cancel: &Cancel, console: &mut Console) -> anyhow::Result<()> {
+        match self {
+            Self::Camera => Ok(()),
+            Self::Person => {
+                console.say("Put the object into the scene, then press Enter.");
+                wait_for_enter(cancel)
+            }
+            Self::Command(command) => run_command(command),
+        }
+    }
+}
+
+/// A recording of both stages into a new folder.
+pub(super) struct Recording<'a> {
+    /// The folder.
+    pub(super) out: &'a Path,
+    /// Whether the colours are picked first.
+    pub(super) pick_colours: bool,
+    /// Who places the object.
+    pub(super) object: Placing<'a>,
+}
+
+impl Recording<'_> {
+    /// Measures the latency, picks colours if asked, records both stages.
+    pub(super) fn run(
+        &self,
+        rig: &mut Rig,
+        config: &Config,
+        cancel: &Cancel,
+        console: &mut Console,
+    ) -> anyhow::Result<ScanFolder> {
+        let latency = measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+        let selection = match self.pick_colours {
+            true => Some(colours::pick(
+                rig,
+                &Palette::default(),
+                true,
+                cancel,
+                console,
+            )?),
+            false => None,
+        };
+        let projected = projected(rig)?;
+        for warning in projected.pattern.coded.warnings(projected.raster) {
+            console.say(&format!("warning: {warning}"));
+        }
+        let format = rig.camera.format();
+        let camera = RasterSize {
+            width: format.width,
+            height: format.height,
+        };
+        let mut folder = ScanFolder::create(self.out, &projected, camera)?;
+        folder.note("latency", serde_json::to_value(&latency)?)?;
+        folder.note("camera_name", rig.camera.description().into())?;
+        folder.note("settings", serde_json::to_value(config)?)?;
+        if let Some(selection) = selection {
+            let json = serde_json::to_vec_pretty(&selection)?;
+            write_whole(&self.out.join(SELECTION_FILE), &json)?;
+        }
+        for stage in Stage::BOTH {
+            if stage == Stage::Object {
+                self.object.place(cancel, console)?;
+            }
+            record_stage(rig, &mut folder, stage, &config.record, cancel, &mut |p| {
+                console.show(&p);
+            })?;
+        }
+        folder.note("frames_lost", serde_json::to_value(rig.camera.losses())?)?;
+        Ok(folder)
+    }
+}
+
+fn run_command(command: &str) -> anyhow::Result<()> {
+    let status = Command::new("/bin/sh")
+        .args(["-c", command])
+        .stdout(std::io::stderr())
+        .status()
+        .with_context(|| format!("--place-object {command:?} can't be started"))?;
+    if !status.success() {
+        bail!("--place-object {command:?} ended with {status}; the background is kept");
+    }
+    Ok(())
+}
+
+/// Waits for a line on standard input, so that Ctrl-C still ends the program meanwhile.
+fn wait_for_enter(cancel: &Cancel) -> anyhow::Result<()> {
+    let reader = thread::Builder::new().name("enter".into()).spawn(|| {
+        let mut line = String::new();
+        std::io::stdin().lock().read_line(&mut line).map(|_| ())
+    })?;
+    while !reader.is_finished() {
+        if cancel.is_cancelled() {
+            return Err(SessionError::Cancelled.into());
+        }
+        thread::sleep(Duration::from_millis(50));
+    }
+    match reader.join() {
+        Ok(read) => read.context("standard input"),
+        Err(_) => bail!("the thread that reads standard input has ended"),
+    }
+}

@@ -1,0 +1,184 @@
+//! Reads a recorded scan and writes its results: what `acquirer process`, `scan` and `demo` share.
+
+use std::{fs, path::Path, time::Instant};
+
+use serde::Serialize;
+use shared::{
+    geometry::{CalibrationError, RigCalibration},
+    stage::Stage,
+};
+use thiserror::Error;
+
+use crate::{
+    config::Config,
+    output::{OutputError, ResultPaths, write_results},
+    pipeline::{
+        Captures, PipelineError, StageReading, colour_choice::ColourSelection, find_surface,
+        read_stage, result::ScanResult, shift::find_shifts,
+    },
+    scan::{ScanError, ScanFolder},
+};
+
+/// The colour selection of a scan, in its folder.
+pub const SELECTION_FILE: &str = "colours.json";
+
+/// Why a scan can't be processed.
+#[derive(Debug, Error)]
+pub enum ProcessError {
+    /// The scan folder.
+    #[error(transparent)]
+    Scan(#[from] ScanError),
+    /// The calibration.
+    #[error("{path}: {source}")]
+    Calibration {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        source: CalibrationError,
+    },
+    /// A file beside the captures.
+    #[error("{path}: {reason}")]
+    File {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The captures.
+    #[error("{stage}: {source}")]
+    Pipeline {
+        /// Which stage.
+        stage: Stage,
+        /// What is wrong with it.
+        source: PipelineError,
+    },
+    /// The results.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// No capture of the coded grid in either stage.
+    #[error(
+        "{0}: the scan has no capture of the coded grid (shows = \"prmvs\"), nothing can be read"
+    )]
+    Empty(String),
+}
+
+/// Time spent on one step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepTime {
+    /// What was done.
+    pub step: &'static str,
+    /// Milliseconds of wall time.
+    pub ms: f64,
+}
+
+/// A processed scan.
+#[derive(Debug)]
+pub struct Processed {
+    /// What was read.
+    pub result: ScanResult,
+    /// Where it was written.
+    pub paths: ResultPaths,
+    /// How long each step took; not part of the results, so that they are the same every time.
+    pub times: Vec<StepTime>,
+}
+
+/// Reads both stages of a scan, compares them, and writes `DIR/results/`.
+///
+/// # Errors
+/// What is wrong with the folder, its pictures, its calibration, or the place for the results. A picture in which
+/// nothing can be read is no error: its crossings are dropped with their reasons.
+pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, ProcessError> {
+    let mut times = Vec::new();
+    let mut clock = Instant::now();
+    let mut lap = |step, times: &mut Vec<StepTime>| {
+        times.push(StepTime {
+            step,
+            ms: 1000.0 * clock.elapsed().as_secs_f64(),
+        });
+        clock = Instant::now();
+    };
+    let projected = folder.projected();
+    let calibration = load_calibration(folder)?;
+    let background = folder.captures(Stage::Background)?;
+    let object = folder.captures(Stage::Object)?;
+    if background.prmvs.is_empty() && object.prmvs.is_empty() {
+        return Err(ProcessError::Empty(folder.dir().display().to_string()));
+    }
+    lap("load", &mut times);
+    let read = |stage, captures: &Captures| -> Result<Option<StageReading>, ProcessError> {
+        if captures.prmvs.is_empty() {
+            return Ok(None);
+        }
+        read_stage(captures, &projected, calibration.as_ref(), &config.pipeline)
+            .map(Some)
+            .map_err(|source| ProcessError::Pipeline { stage, source })
+    };
+    let mut result = ScanResult {
+        method: config.pipeline.method,
+        depth_per_px: config.shift.depth_per_px,
+        background: read(Stage::Background, &background)?,
+        object: None,
+        shifts: Vec::new(),
+        surface: Vec::new(),
+        settings: serde_json::to_value(&config.pipeline).unwrap_or_default(),
+    };
+    lap("read background", &mut times);
+    result.object = read(Stage::Object, &object)?;
+    lap("read object", &mut times);
+    if let (Some(before), Some(after)) = (&result.background, &result.object) {
+        result.shifts = find_shifts(&before.grid, &after.grid, result.depth_per_px);
+    }
+    if let (Some(reading), Some(rig)) = (&result.object, &calibration) {
+        result.surface = find_surface(reading, &object, &projected, rig);
+    }
+    lap("shift and surface", &mut times);
+    let paths = write_results(folder, &result)?;
+    lap("write results", &mut times);
+    Ok(Processed {
+        result,
+        paths,
+        times,
+    })
+}
+
+fn load_calibration(folder: &ScanFolder) -> Result<Option<RigCalibration>, ProcessError> {
+    let Some(path) = folder.calibration_path() else {
+        return Ok(None);
+    };
+    read_calibration(&path).map(Some)
+}
+
+/// Reads a calibration file.
+///
+/// # Errors
+/// A file that can't be read or is no calibration, with its path.
+pub fn read_calibration(path: &Path) -> Result<RigCalibration, ProcessError> {
+    let name = || path.display().to_string();
+    let bytes = fs::read(path).map_err(|error| ProcessError::File {
+        path: name(),
+        reason: error.to_string(),
+    })?;
+    RigCalibration::from_json(&bytes).map_err(|source| ProcessError::Calibration {
+        path: name(),
+        source,
+    })
+}
+
+/// Reads the colour selection of a scan, if it has one.
+///
+/// # Errors
+/// A file that can't be read or is no selection, with its path.
+pub fn load_selection(folder: &ScanFolder) -> Result<Option<ColourSelection>, ProcessError> {
+    let path = folder.dir().join(SELECTION_FILE);
+    let fail = |reason: String| ProcessError::File {
+        path: path.display().to_string(),
+        reason,
+    };
+    match fs::read(&path) {
+        Ok(bytes) => serde_json::from_slice(&bytes)
+            .map(Some)
+            .map_err(|e| fail(e.to_string())),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(fail(error.to_string())),
+    }
+}

@@ -1,0 +1,17 @@
+//! What the operator does with the rig: measure the latency, choose the colours, record a scan.
+//!
+//! Each action drives the projector through its link and takes frames from the camera; it tells its progress
+//! as [`Progress`] events and stops at the next frame when it is cancelled. Nothing here knows a window or a
+//! command line.
+
+mod colours;
+mod latency;
+mod progress;
+mod rig;
+mod scan;
+
+pub use colours::{ColourTrialResult, apply_selection, try_colours};
+pub use latency::{Latency, LatencySettings, measure_latency};
+pub use progress::{Cancel, Progress, Report};
+pub use rig::{Rig, SessionError, Tap};
+pub use scan::{RecordSettings, record_stage};

@@ -1,0 +1,83 @@
+//! Records one stage of a scan: black, white, the coded grid and the unary grid, each several times.
+
+use serde::{Deserialize, Serialize};
+use shared::{protocol::View, stage::Stage};
+
+use super::{Cancel, Progress, Report, Rig, SessionError};
+use crate::scan::{ScanFolder, Shows};
+
+/// How often each picture is taken.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RecordSettings {
+    /// Frames of black and of white, 1 to 100. Two or more give the noise law.
+    pub references: usize,
+    /// Frames of the coded and of the unary grid, 1 to 100. They are averaged.
+    pub grids: usize,
+}
+
+impl Default for RecordSettings {
+    fn default() -> Self {
+        Self {
+            references: 3,
+            grids: 2,
+        }
+    }
+}
+
+impl RecordSettings {
+    fn repeats(&self, shows: Shows) -> usize {
+        let repeats = match shows {
+            Shows::Prmvs | Shows::Unary => self.grids,
+            Shows::Black | Shows::White | Shows::Solid(_) => self.references,
+        };
+        repeats.clamp(1, 100)
+    }
+}
+
+/// Records one stage into the folder, in place of what it holds of that stage. A capture is on disk before the
+/// next is taken.
+///
+/// # Errors
+/// As [`Rig::shoot`], and what the folder says; captures already written stay.
+pub fn record_stage(
+    rig: &mut Rig,
+    folder: &mut ScanFolder,
+    stage: Stage,
+    settings: &RecordSettings,
+    cancel: &Cancel,
+    report: Report,
+) -> Result<(), SessionError> {
+    folder.retake(stage)?;
+    let of = Shows::RECORDING.len();
+    for (done, shows) in Shows::RECORDING.into_iter().enumerate() {
+        let what = format!("recording {stage}: {}", String::from(shows));
+        report(Progress { what, done, of });
+        let frames = rig.shoot(
+            view_of(shows),
+            settings.repeats(shows),
+            stage,
+            shows,
+            cancel,
+        )?;
+        for frame in frames {
+            folder.add_capture(stage, shows, &frame.picture)?;
+        }
+    }
+    report(Progress {
+        what: format!("recorded {stage}"),
+        done: of,
+        of,
+    });
+    Ok(())
+}
+
+fn view_of(shows: Shows) -> View {
+    match shows {
+        Shows::Black => View::Black,
+        Shows::White => View::White,
+        Shows::Prmvs => View::Coded,
+        Shows::Unary => View::Unary,
+        Shows::Solid(colour) => View::Solid { colour },
+    }
+}

@@ -1,0 +1,87 @@
+//! The whole rig in simulated rooms: the real programs, the real wire, against the simulation's truth.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::{fs, process::Command};
+
+use serde_json::Value;
+
+fn demo(scene: &str) -> (tempfile::TempDir, Value) {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("scan");
+    let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
+        .args(["demo", "--json", "--scene", scene, "--out"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    (
+        dir,
+        serde_json::from_slice(&output.stdout).expect("one JSON object on standard output"),
+    )
+}
+
+/// The scan's figures against the simulation's truth, and what the folder must hold.
+fn check(scene: &str, least_coverage_percent: f64) {
+    let (dir, figures) = demo(scene);
+    let truth = figures["truth"].as_array().unwrap();
+    assert_eq!(truth.len(), 2, "both stages are scored");
+    for stage in truth {
+        assert_eq!(stage["wrong"], 0, "{scene}: {stage}");
+        let coverage = stage["coverage_percent"].as_f64().unwrap();
+        assert!(coverage >= least_coverage_percent, "{scene}: {stage}");
+    }
+    let colours = figures["colours"]["best"].as_array().unwrap();
+    assert_eq!(colours.len(), 4);
+    let manifest = fs::read(dir.path().join("scan/scan.json")).unwrap();
+    let manifest: Value = serde_json::from_slice(&manifest).unwrap();
+    assert_eq!(
+        manifest["pattern"]["colours"], figures["colours"]["best"],
+        "the grid took the choice"
+    );
+    for file in [
+        "report.html",
+        "vertices.csv",
+        "shifts.csv",
+        "points.ply",
+        "summary.json",
+    ] {
+        assert!(
+            dir.path().join("scan/results").join(file).exists(),
+            "{file}"
+        );
+    }
+}
+
+#[test]
+fn the_demo_reads_the_cube_without_a_wrong_label() {
+    check("cube", 90.0);
+}
+
+#[test]
+fn the_demo_reads_the_cylinder_without_a_wrong_label() {
+    check("cylinder", 90.0);
+}
+
+#[test]
+fn the_demo_reads_the_coloured_room_without_a_wrong_label() {
+    check("coloured-room", 75.0);
+}
+
+#[test]
+fn an_unknown_scene_is_refused_with_the_ones_there_are() {
+    let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
+        .args(["demo", "--scene", "atlantis"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.contains("atlantis") && message.contains("cylinder"),
+        "{message}"
+    );
+}

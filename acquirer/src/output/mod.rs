@@ -5,8 +5,15 @@
 //! one does not make are removed, so that everything in the folder belongs together. `summary.json` comes
 //! last: where it is, the run was finished.
 
+pub mod colour_map;
+pub mod drawing;
 pub mod error;
+pub mod figure;
+pub mod maps;
+mod pictures;
 pub mod ply;
+pub mod relief;
+mod report;
 pub mod shift_table;
 pub mod summary;
 pub mod tables;
@@ -17,11 +24,12 @@ use std::{
 };
 
 pub use error::OutputError;
+use pictures::Pictures;
 use shift_table::{ShiftRow, write_shift_table};
 pub use summary::Summary;
 
 use crate::{
-    pipeline::result::ScanResult,
+    pipeline::{Captures, colour_choice::ColourSelection, result::ScanResult},
     scan::{ScanFolder, write_whole},
 };
 
@@ -38,35 +46,53 @@ pub struct ResultPaths {
     pub cloud: Option<PathBuf>,
     /// `points.csv`, with a calibration.
     pub points: Option<PathBuf>,
+    /// The folder of the pictures.
+    pub pictures: PathBuf,
+    /// `report.html`, all pictures inside.
+    pub report: PathBuf,
     /// `summary.json`.
     pub summary: PathBuf,
 }
 
 /// Writes the results of a scan into its `results` folder.
 ///
+/// `captures` are those of both stages in the order of [`shared::stage::Stage::BOTH`]; `selection` is how the grid's colours
+/// were chosen, if they were chosen for this scene.
+///
 /// # Errors
 /// [`OutputError`] with the path: a folder or file that can't be written, a full disk.
-pub fn write_results(folder: &ScanFolder, result: &ScanResult) -> Result<ResultPaths, OutputError> {
+pub fn write_results(
+    folder: &ScanFolder,
+    captures: [&Captures; 2],
+    result: &ScanResult,
+    selection: Option<&ColourSelection>,
+) -> Result<ResultPaths, OutputError> {
     let dir = folder.results_dir();
-    make_dir(&dir)?;
-    let summary_path = dir.join("summary.json");
+    let file = |name: &str| dir.join(name);
+    let pictures_dir = file("pictures");
+    make_dir(&pictures_dir)?;
+    let summary_path = file("summary.json");
     remove_outdated(&summary_path)?;
 
-    let vertices = dir.join("vertices.csv");
+    let vertices = file("vertices.csv");
     write_whole(&vertices, tables::vertex_table(result).as_bytes())?;
-    let shifts = dir.join("shifts.csv");
+    let shifts = file("shifts.csv");
     let rows: Vec<ShiftRow> = result.shifts.iter().map(ShiftRow::from).collect();
     write_shift_table(&shifts, &rows)?;
     let points = write_points(&dir, folder, result)?;
 
-    let mut json = serde_json::to_vec_pretty(&Summary::of(folder, result)).map_err(|source| {
-        OutputError::Summary {
-            path: summary_path.clone(),
-            source,
-        }
-    })?;
-    json.push(b'\n');
-    write_whole(&summary_path, &json)?;
+    let summary = Summary::of(folder, result);
+    let pictures = Pictures::of(folder, captures, result);
+    pictures.save(&pictures_dir)?;
+    let report_path = file("report.html");
+    let content = report::Content {
+        summary: &summary,
+        captures,
+        pictures: &pictures,
+        selection,
+    };
+    write_whole(&report_path, report::page(&content)?.as_bytes())?;
+    write_summary(&summary_path, &summary)?;
     let (points, cloud) = points.unzip();
     Ok(ResultPaths {
         dir,
@@ -74,8 +100,20 @@ pub fn write_results(folder: &ScanFolder, result: &ScanResult) -> Result<ResultP
         shifts,
         cloud,
         points,
+        pictures: pictures_dir,
+        report: report_path,
         summary: summary_path,
     })
+}
+
+fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
+    let json = serde_json::to_vec_pretty(summary);
+    let mut json = json.map_err(|source| OutputError::Summary {
+        path: path.to_owned(),
+        source,
+    })?;
+    json.push(b'\n');
+    Ok(write_whole(path, &json)?)
 }
 
 /// Writes `points.csv` and `points.ply` when the scan is calibrated, else removes old ones.

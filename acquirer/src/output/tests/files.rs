@@ -1,12 +1,19 @@
 //! Tables, point cloud, summary, and what happens when they can't be written.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path, sync::OnceLock};
 
-use super::fixture::{BOX_MM, WALL_MM, recorded, result};
-use crate::output::{ResultPaths, shift_table::read_shift_table, write_results};
+use super::fixture::{BOX_MM, WALL_MM, recorded, write};
+use crate::output::{ResultPaths, shift_table::read_shift_table};
 
-fn written(dir: &Path, calibrated: bool) -> ResultPaths {
-    write_results(&recorded(dir, calibrated), &result(calibrated)).unwrap()
+/// The results of the calibrated scan, written once for all tests that only read them.
+fn written() -> &'static ResultPaths {
+    static WRITTEN: OnceLock<(tempfile::TempDir, ResultPaths)> = OnceLock::new();
+    let (_dir, paths) = WRITTEN.get_or_init(|| {
+        let dir = tempfile::tempdir().unwrap();
+        let paths = write(&recorded(dir.path(), true), true).unwrap();
+        (dir, paths)
+    });
+    paths
 }
 
 fn lines(path: &Path) -> Vec<Vec<String>> {
@@ -21,8 +28,7 @@ fn lines(path: &Path) -> Vec<Vec<String>> {
 
 #[test]
 fn every_vertex_of_both_stages_stands_in_the_vertex_table_once() {
-    let dir = tempfile::tempdir().unwrap();
-    let table = lines(&written(dir.path(), false).vertices);
+    let table = lines(&written().vertices);
     let header = "stage,row,column,vertex,x_px,y_px,confidence";
     assert_eq!(table[0].join(","), header);
     assert_eq!(table.len(), 1 + 2 * 4 * 224);
@@ -37,8 +43,7 @@ fn every_vertex_of_both_stages_stands_in_the_vertex_table_once() {
 
 #[test]
 fn the_shift_table_has_the_place_with_the_object_and_the_relative_depth() {
-    let dir = tempfile::tempdir().unwrap();
-    let rows = read_shift_table(&written(dir.path(), false).shifts).unwrap();
+    let rows = read_shift_table(&written().shifts).unwrap();
     assert_eq!(rows.len(), 4 * 224);
     let moved = rows.iter().filter(|row| row.shift_px > 1.0).count();
     assert_eq!(moved, 4 * 25);
@@ -50,8 +55,7 @@ fn the_shift_table_has_the_place_with_the_object_and_the_relative_depth() {
 
 #[test]
 fn a_point_along_a_line_leaves_vertex_and_other_index_empty() {
-    let dir = tempfile::tempdir().unwrap();
-    let table = lines(&written(dir.path(), true).points.unwrap());
+    let table = lines(written().points.as_ref().unwrap());
     assert_eq!(
         table[0].join(","),
         "row,column,vertex,x_mm,y_mm,z_mm,confidence"
@@ -77,8 +81,7 @@ fn properties(header: &str) -> Vec<(&str, usize)> {
 
 #[test]
 fn the_point_cloud_reads_back_by_its_own_header() {
-    let dir = tempfile::tempdir().unwrap();
-    let bytes = fs::read(written(dir.path(), true).cloud.unwrap()).unwrap();
+    let bytes = fs::read(written().cloud.as_ref().unwrap()).unwrap();
     let end = b"end_header\n";
     let at = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
     let (header, body) = (std::str::from_utf8(&bytes[..at]).unwrap(), &bytes[at..]);
@@ -107,8 +110,7 @@ fn the_point_cloud_reads_back_by_its_own_header() {
 
 #[test]
 fn the_summary_counts_what_was_read_and_what_was_dropped() {
-    let dir = tempfile::tempdir().unwrap();
-    let text = fs::read_to_string(written(dir.path(), true).summary).unwrap();
+    let text = fs::read_to_string(&written().summary).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(summary["format"], 1);
     assert_eq!(summary["method"], "likelihood");
@@ -143,9 +145,9 @@ fn contents(dir: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn the_same_scan_gives_the_same_bytes_wherever_and_whenever_it_is_processed() {
-    let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let first = contents(&written(one.path(), true).dir);
-    let second = contents(&written(other.path(), true).dir);
+    let other = tempfile::tempdir().unwrap();
+    let again = write(&recorded(other.path(), true), true).unwrap();
+    let (first, second) = (contents(&written().dir), contents(&again.dir));
     assert_eq!(
         first.keys().collect::<Vec<_>>(),
         second.keys().collect::<Vec<_>>()
@@ -158,15 +160,29 @@ fn the_same_scan_gives_the_same_bytes_wherever_and_whenever_it_is_processed() {
 #[test]
 fn files_of_an_earlier_run_do_not_stay_beside_new_ones() {
     let dir = tempfile::tempdir().unwrap();
-    let calibrated = recorded(dir.path(), true);
-    let paths = write_results(&calibrated, &result(true)).unwrap();
-    fs::remove_file(dir.path().join("scan.json")).unwrap();
-    let notes = paths.dir.join("my notes.txt");
-    fs::write(&notes, "kept").unwrap();
-    let again = written(dir.path(), false);
-    assert_eq!(again.dir, paths.dir);
-    assert!(!paths.cloud.unwrap().exists() && !paths.points.unwrap().exists());
-    assert!(notes.exists());
+    let folder = recorded(dir.path(), false);
+    let results = folder.results_dir();
+    fs::create_dir_all(results.join("pictures")).unwrap();
+    for name in ["points.ply", "points.csv", "pictures/old.png", "notes.txt"] {
+        fs::write(results.join(name), "of an earlier run").unwrap();
+    }
+    let paths = write(&folder, false).unwrap();
+    assert_eq!((paths.points, paths.cloud), (None, None));
+    let files = contents(&results);
+    let left: Vec<_> = files
+        .keys()
+        .filter(|name| !name.ends_with(".png"))
+        .collect();
+    let expected = [
+        "notes.txt",
+        "report.html",
+        "shifts.csv",
+        "summary.json",
+        "vertices.csv",
+    ];
+    assert_eq!(left, expected);
+    assert!(files.contains_key("pictures/view-depth.png"));
+    assert!(!files.contains_key("pictures/old.png"));
 }
 
 #[test]
@@ -175,7 +191,7 @@ fn a_file_in_the_place_of_the_results_folder_is_an_error_with_its_path() {
     let folder = recorded(dir.path(), false);
     let place = folder.results_dir();
     fs::write(&place, "in the way").unwrap();
-    let error = write_results(&folder, &result(false)).unwrap_err();
+    let error = write(&folder, false).unwrap_err();
     assert!(
         error.to_string().contains(place.to_str().unwrap()),
         "{error}"
@@ -188,7 +204,7 @@ fn a_folder_in_the_place_of_a_file_is_an_error_with_its_path() {
     let folder = recorded(dir.path(), false);
     let place = folder.results_dir().join("shifts.csv");
     fs::create_dir_all(place.join("inner")).unwrap();
-    let error = write_results(&folder, &result(false)).unwrap_err();
+    let error = write(&folder, false).unwrap_err();
     assert!(
         error.to_string().contains(place.to_str().unwrap()),
         "{error}"
@@ -208,13 +224,13 @@ fn a_full_disk_and_a_read_only_place_are_errors_with_the_path() {
     let results = folder.results_dir();
     fs::create_dir(&results).unwrap();
     symlink("/dev/full", results.join("vertices.csv.part")).unwrap();
-    let full = write_results(&folder, &result(false)).unwrap_err();
+    let full = write(&folder, false).unwrap_err();
     assert!(full.to_string().contains("vertices.csv: No space left"));
     fs::remove_dir_all(&results).unwrap();
     symlink("/proc", &results).unwrap();
-    let read_only = write_results(&folder, &result(false)).unwrap_err();
+    let read_only = write(&folder, false).unwrap_err();
     assert!(
-        read_only.to_string().contains("results/vertices.csv: "),
+        read_only.to_string().contains("results/pictures: "),
         "{read_only}"
     );
 }

@@ -10,6 +10,7 @@ use shared::{
 };
 
 use crate::{
+    output::{OutputError, ResultPaths, write_results},
     pipeline::{
         Method, Projected, StagePicture, StageReading,
         grid::{DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LinePoint, LineTrack},
@@ -182,4 +183,10 @@ pub(super) fn result(calibrated: bool) -> ScanResult {
         surface: if calibrated { surface() } else { Vec::new() },
         settings: serde_json::json!({"lines": {"sigma_px": 1.5}}),
     }
+}
+
+/// Writes the results of a recorded scan.
+pub(super) fn write(folder: &ScanFolder, calibrated: bool) -> Result<ResultPaths, OutputError> {
+    let [before, after] = Stage::BOTH.map(|stage| folder.captures(stage).unwrap());
+    write_results(folder, [&before, &after], &result(calibrated), None)
 }

@@ -99,6 +99,7 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
     };
     let projected = folder.projected();
     let calibration = load_calibration(folder)?;
+    let selection = load_selection(folder)?;
     let background = folder.captures(Stage::Background)?;
     let object = folder.captures(Stage::Object)?;
     if background.prmvs.is_empty() && object.prmvs.is_empty() {
@@ -132,7 +133,8 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         result.surface = find_surface(reading, &object, &projected, rig);
     }
     lap("shift and surface", &mut times);
-    let paths = write_results(folder, &result)?;
+    let captures = [&background, &object];
+    let paths = write_results(folder, captures, &result, selection.as_ref())?;
     lap("write results", &mut times);
     Ok(Processed {
         result,

@@ -9,6 +9,8 @@ mod headless;
 
 mod monitors;
 
+mod monitor_watch;
+
 mod painter;
 
 mod surface;

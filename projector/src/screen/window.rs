@@ -14,7 +14,7 @@ use shared::{
 };
 use winit::{
     application::ApplicationHandler,
-    dpi::PhysicalSize,
+    dpi::{PhysicalPosition, PhysicalSize},
     event::{ElementState, KeyEvent, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
     keyboard::{Key, NamedKey},
@@ -24,6 +24,7 @@ use winit::{
 
 use super::{
     Orders, Reporter, ScreenError,
+    monitor_watch::{MonitorWatch, Place},
     monitors::{self, Monitor},
     presentation::{Next, Presentation},
     surface::{Canvas, Frame},
@@ -84,7 +85,7 @@ struct Opened {
     name: String,
     period: Duration,
     /// The monitor that is filled; `None` for a window.
-    monitor: Option<Monitor>,
+    monitor: Option<(MonitorWatch, Place)>,
 }
 
 struct WindowScreen {
@@ -139,6 +140,7 @@ impl WindowScreen {
         let canvas = Canvas::new(event_loop, window.clone())?;
         let refresh_hz = monitor.as_ref().and_then(|monitor| monitor.refresh_hz);
         let period = Duration::from_secs_f64(1.0 / refresh_hz.unwrap_or(USUAL_REFRESH_HZ).max(1.0));
+        let monitor = monitor.map(|monitor| (MonitorWatch::new(event_loop), Place::from(&monitor)));
         Ok(Opened {
             window,
             canvas,
@@ -158,13 +160,7 @@ impl WindowScreen {
         let Some(opened) = &self.opened else { return };
         let raster = opened.canvas.raster();
         let (kind, wanted) = match (&opened.monitor, &self.settings.placement) {
-            (Some(monitor), _) => {
-                let size = RasterSize {
-                    width: monitor.width,
-                    height: monitor.height,
-                };
-                (ScreenKind::FullScreen, size)
-            }
+            (Some((_, place)), _) => (ScreenKind::FullScreen, place.size()),
             (None, Placement::Window(size)) => (ScreenKind::Window, *size),
             (None, Placement::FullScreen(_)) => (ScreenKind::Window, raster),
         };
@@ -266,24 +262,27 @@ impl WindowScreen {
         let Some(opened) = &mut self.opened else {
             return;
         };
-        let Some(monitor) = &mut opened.monitor else {
+        let Some((watch, place)) = &mut opened.monitor else {
             return;
         };
-        let found = monitors::available(event_loop)
-            .into_iter()
-            .find(|(_, m)| m.name == monitor.name);
+        let found = watch.find(event_loop, &opened.name);
         let was_gone = std::mem::replace(&mut self.monitor_gone, found.is_none());
-        if let Some((handle, now)) = found
-            && (was_gone || now != *monitor)
+        if let Some(now) = found
+            && (was_gone || now != *place)
         {
-            tracing::info!("the monitor {} is at {},{} now", now.name, now.x, now.y);
-            *monitor = now;
-            opened.window.set_outer_position(handle.position());
-            let resized_at_once = opened.window.request_inner_size(handle.size()).is_some();
-            tracing::debug!("window placed again, resized at once: {resized_at_once}");
+            tracing::info!("the monitor {} is {now} now", opened.name);
+            *place = now;
             opened
                 .window
-                .set_fullscreen(Some(Fullscreen::Borderless(Some(handle))));
+                .set_outer_position(PhysicalPosition::new(now.x, now.y));
+            // Where the system resizes at once it tells so here, and sends no event.
+            if opened
+                .window
+                .request_inner_size(PhysicalSize::new(now.width, now.height))
+                .is_some()
+            {
+                self.resized();
+            }
             self.report();
         } else if was_gone != self.monitor_gone {
             self.report();

@@ -8,6 +8,7 @@
 //! 45 degrees are found by the other family's pass; a texture of stripes that W does not explain is
 //! followed as if it were a line, quietly.
 
+mod join;
 mod ridges;
 mod scale;
 mod tracks;
@@ -101,8 +102,10 @@ pub fn find_lines(image: &GainImage, shrink: f64, settings: &LineSettings) -> Li
     let family = |image: &GainImage, width_px: f64, other_width_px: f64| {
         let ridges = ridges::find_ridges(image, shrink as f32, width_px, settings);
         let gap_px = settings.bridge_px + 1.5 * other_width_px;
+        let pieces = tracks::follow(&ridges, width_px, gap_px, settings);
+        let disturbed_px = 0.5 * other_width_px + 2.0;
         Family {
-            tracks: tracks::follow(&ridges, width_px, gap_px, settings),
+            tracks: join::join(pieces, gap_px, disturbed_px, settings.gate_px),
             width_px,
         }
     };

@@ -17,11 +17,12 @@ use crate::{
 /// Rounding of positions, mm.
 const ROUNDING_MM: f64 = 0.01;
 
-/// How far beyond the lines' width a crossing's surroundings reach, in widths of the lines.
-const SURROUNDINGS: f64 = 1.0;
+/// A crossing's surroundings reach along its lines from the middle by this share of the pitch: nearly half-way to the
+/// next ones, so that the outermost lines of a raster have theirs.
+const SURROUNDINGS: f64 = 0.45;
 
-/// The surroundings are looked at on a lattice of so many places along each side.
-const LATTICE: i32 = 9;
+/// A crossing's surroundings are looked at on a lattice of about this spacing, projector px.
+const LATTICE_PX: f64 = 2.0;
 
 /// Two neighbouring places lie on an unbroken surface when their normals differ by less than this, as a cosine:
 /// 25 degrees, so a cylinder is whole and the edge of a box is not.
@@ -31,7 +32,7 @@ const UNBROKEN_COSINE: f64 = 0.906;
 const UNBROKEN_STEP: f64 = 0.5;
 
 /// A clear crossing's surroundings keep this distance from the border of the picture, px.
-const BORDER_PX: f64 = 1.0;
+const BORDER_PX: f64 = 2.0;
 
 /// The true place of one vertex of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,8 +47,8 @@ pub struct TruthVertex {
     pub camera: CameraPixel,
     /// The point, mm, camera frame.
     pub point_mm: Vector3<f64>,
-    /// Whether the crossing's surroundings (the crossing and a line width beyond it) are whole: on one unbroken
-    /// surface, lit and seen everywhere.
+    /// Whether both lines are whole around the crossing, nearly half-way to their neighbours: lit and seen everywhere, on
+    /// one unbroken surface.
     pub clear: bool,
     /// Distance to the next line of the grid on the same surface, px: the smaller of the two directions.
     pub pitch_px: f64,
@@ -82,7 +83,7 @@ impl Space {
         let high = native(grid.vertex(index, Corner::LowerRight, size));
         let pitch_x = grid.pitch_px(Axis::Column, size) * scale_x;
         let pitch_y = grid.pitch_px(Axis::Row, size) * scale_y;
-        let clear = self.is_clear(low, high);
+        let clear = self.is_clear(low, high, (pitch_x, pitch_y));
         let vertex = |corner| {
             let at = native(grid.vertex(index, corner, size));
             let hit = self.lit_place(at).filter(|_| lens.contains(at.x, at.y))?;
@@ -124,26 +125,49 @@ impl Space {
         on_tangent.map_or(0.0, |there| (there.x - camera.x).hypot(there.y - camera.y))
     }
 
-    fn is_clear(&self, low: ProjectorPixel, high: ProjectorPixel) -> bool {
-        let (reach_x, reach_y) = (
-            SURROUNDINGS * (high.x - low.x),
-            SURROUNDINGS * (high.y - low.y),
+    /// Whether both lines are whole around their crossing, nearly half-way to the next lines: lit, seen, unbroken.
+    fn is_clear(&self, low: ProjectorPixel, high: ProjectorPixel, pitch: (f64, f64)) -> bool {
+        let beyond = |pitch: f64, width: f64| (SURROUNDINGS * pitch - width / 2.0).max(0.0);
+        let (dx, dy) = (
+            beyond(pitch.0, high.x - low.x),
+            beyond(pitch.1, high.y - low.y),
         );
-        let along =
-            |from: f64, to: f64, k: i32| from + (to - from) * f64::from(k) / f64::from(LATTICE - 1);
-        let lens = &self.rig.projector;
-        let places: Option<Vec<Hit>> = (0..LATTICE * LATTICE)
-            .map(|k| {
-                let x = along(low.x - reach_x, high.x + reach_x, k % LATTICE);
-                let y = along(low.y - reach_y, high.y + reach_y, k / LATTICE);
-                let hit = self
-                    .lit_place(ProjectorPixel::new(x, y))
-                    .filter(|_| lens.contains(x, y))?;
-                let seen = self.seen_at(&hit)?;
-                self.is_inside(seen).then_some(hit)
-            })
-            .collect();
-        places.is_some_and(|places| is_whole(&places))
+        let row = [(low.x - dx, high.x + dx), (low.y, high.y)];
+        let column = [(low.x, high.x), (low.y - dy, high.y + dy)];
+        self.is_whole(row) && self.is_whole(column)
+    }
+
+    /// Whether a rectangle of light, from and to along x and y (projector px), falls on one smooth surface and is
+    /// seen everywhere.
+    fn is_whole(&self, [across, down]: [(f64, f64); 2]) -> bool {
+        let steps = |(from, to): (f64, f64)| ((to - from) / LATTICE_PX).ceil().clamp(1.0, 1000.0);
+        let (columns, rows) = (steps(across), steps(down));
+        let at =
+            |(from, to): (f64, f64), k: usize, steps: f64| from + (to - from) * k as f64 / steps;
+        let mut above: Vec<Hit> = Vec::new();
+        for row in 0..=rows as usize {
+            let y = at(down, row, rows);
+            let line = (0..=columns as usize).map(|k| self.clear_place(at(across, k, columns), y));
+            let Some(line) = line.collect::<Option<Vec<Hit>>>() else {
+                return false;
+            };
+            let beside = line.iter().zip(line.iter().skip(1));
+            if !beside
+                .chain(line.iter().zip(&above))
+                .all(|(a, b)| is_unbroken(a, b))
+            {
+                return false;
+            }
+            above = line;
+        }
+        true
+    }
+
+    /// What a projector position lights, if the camera sees it too.
+    fn clear_place(&self, x: f64, y: f64) -> Option<Hit> {
+        let hit = self.lit_place(ProjectorPixel::new(x, y))?;
+        let lit = self.rig.projector.contains(x, y);
+        (lit && self.is_inside(self.seen_at(&hit)?)).then_some(hit)
     }
 
     fn is_inside(&self, at: CameraPixel) -> bool {
@@ -153,18 +177,7 @@ impl Space {
     }
 }
 
-/// Whether neighbours on the lattice lie on one smooth surface.
-fn is_whole(places: &[Hit]) -> bool {
-    let side = LATTICE as usize;
-    let beside = (0..places.len())
-        .filter(|k| k % side + 1 < side)
-        .map(|k| (k, k + 1));
-    let below = (side..places.len()).map(|k| (k - side, k));
-    beside
-        .chain(below)
-        .all(|(a, b)| is_unbroken(&places[a], &places[b]))
-}
-
+/// Whether two neighbouring places lie on one smooth surface.
 fn is_unbroken(a: &Hit, b: &Hit) -> bool {
     let step = b.point - a.point;
     let off = a.normal.dot(&step).abs().max(b.normal.dot(&step).abs());

@@ -59,6 +59,8 @@ pub enum Command {
     Process(ProcessArgs),
     /// Run the whole rig in a simulated room: projector program, colours, scan, results, report.
     Demo(DemoArgs),
+    /// Draw a shift table (shifts.csv, or the tables of the thesis's Appendix C) as a 3-D view.
+    Draw(DrawArgs),
 }
 
 /// Which rig.
@@ -190,6 +192,23 @@ pub struct DemoArgs {
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `acquirer draw`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer draw cup/results/shifts.csv cup.png
+  acquirer draw tests/recorded/appendix-c.csv cube.png --object cube")]
+pub struct DrawArgs {
+    /// shifts.csv of a scan, or a table in the form of the thesis's Appendix C.
+    #[arg(value_name = "TABLE")]
+    pub table: PathBuf,
+    /// Picture to write (PNG).
+    #[arg(value_name = "OUT")]
+    pub out: PathBuf,
+    /// Which object of the table, where it holds several.
+    #[arg(long, value_name = "NAME")]
+    pub object: Option<String>,
 }
 
 /// `--method`.

@@ -8,6 +8,7 @@ pub mod cameras;
 mod colours;
 mod console;
 mod demo;
+mod draw;
 mod process;
 mod projector_program;
 mod rig;
@@ -32,7 +33,7 @@ pub fn main() -> ExitCode {
     init_log();
     let cancel = Cancel::default();
     let on_signal = cancel.clone();
-    if let Err(error) = ctrlc::set_handler(move || on_signal.cancel()) {
+    if let Err(error) = ctrlc::set_handler(move || on_signal.quit()) {
         tracing::warn!("Ctrl-C will end the program at once: {error}");
     }
     match run(args, &cancel) {
@@ -52,6 +53,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
         Some(Command::Scan(args)) => scan::run(&args, cancel),
         Some(Command::Process(args)) => process::run(&args),
         Some(Command::Demo(args)) => demo::run(&args, cancel),
+        Some(Command::Draw(args)) => draw::run(&args),
     }
 }
 

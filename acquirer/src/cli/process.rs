@@ -45,6 +45,7 @@ pub(super) fn figures(
     Ok(json!({
         "scan": folder.dir(),
         "results": processed.paths.dir,
+        "report": processed.paths.report,
         "summary": summary,
         "times": processed.times,
     }))
@@ -101,6 +102,6 @@ pub fn figures_text(folder: &ScanFolder, processed: &Processed) -> String {
         .iter()
         .map(|time| format!("{} {:.0} ms", time.step, time.ms));
     line("time", times.collect::<Vec<_>>().join(", "));
-    line("results", processed.paths.dir.display().to_string());
+    line("report", processed.paths.report.display().to_string());
     text
 }

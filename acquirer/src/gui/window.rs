@@ -8,6 +8,7 @@ use std::{
         mpsc::{Receiver, SyncSender, sync_channel},
     },
     thread,
+    time::Duration,
 };
 
 use eframe::egui::{self, Color32, RichText};
@@ -31,6 +32,8 @@ const EVENTS: usize = 64;
 const MESSAGES: usize = 200;
 /// Width of the panel with the steps, in points.
 const STEPS_WIDTH: f32 = 330.0;
+/// Longest time between two repaints, so that Ctrl-C ends the window without a frame or event.
+const IDLE_REPAINT: Duration = Duration::from_millis(250);
 const GOOD: Color32 = Color32::from_rgb(60, 160, 90);
 const BAD: Color32 = Color32::from_rgb(200, 70, 60);
 
@@ -385,6 +388,10 @@ impl eframe::App for Window {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         self.take_events(&context);
+        if self.cancel.is_quitting() {
+            context.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        context.request_repaint_after(IDLE_REPAINT);
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
         egui::Panel::right("steps")
             .exact_size(STEPS_WIDTH)
@@ -411,6 +418,6 @@ impl eframe::App for Window {
     }
 
     fn on_exit(&mut self) {
-        self.cancel.cancel();
+        self.cancel.quit();
     }
 }

@@ -76,6 +76,7 @@ impl Worker {
                     self.tell(Event::Disconnected(format!("{error:#}")));
                     match self.jobs.recv_timeout(RETRY) {
                         Err(RecvTimeoutError::Disconnected) => return,
+                        _ if self.cancel.is_quitting() => return,
                         _ => continue,
                     }
                 }
@@ -99,7 +100,7 @@ impl Worker {
         self.tell(Event::Connected(Box::new(RigInfo { camera, projector })));
         rig.tap = Some(self.live_tap());
         let mut silent = 0;
-        loop {
+        while !self.cancel.is_quitting() {
             match self.jobs.try_recv() {
                 Ok(job) => queue.push_back(job),
                 Err(TryRecvError::Disconnected) => return Ok(()),
@@ -123,6 +124,7 @@ impl Worker {
                 }
             }
         }
+        Ok(())
     }
 
     fn job(&self, job: Job, rig: &mut Rig, session: &mut Session) -> anyhow::Result<()> {
@@ -210,8 +212,8 @@ impl Worker {
         let figures = crate::cli::figures_text(folder, &processed);
         let read = ReadScan {
             figures: figures.lines().map(str::to_owned).collect(),
-            pictures: result_pictures(&processed.paths.dir),
-            report: processed.paths.dir,
+            pictures: result_pictures(&processed.paths.pictures),
+            report: processed.paths.report,
         };
         self.tell(Event::Read(Box::new(read)));
         Ok(())

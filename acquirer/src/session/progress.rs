@@ -19,24 +19,38 @@ pub struct Progress {
 /// Receives the progress of an action, in the action's own thread.
 pub type Report<'a> = &'a mut dyn FnMut(Progress);
 
-/// A flag that ends long actions: set by Ctrl-C, by a button, or by the end of the program.
+/// A flag that ends long actions: raised by Ctrl-C for good, or by a button for the action under way.
 #[derive(Debug, Clone, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancel {
+    action: Arc<AtomicBool>,
+    program: Arc<AtomicBool>,
+}
 
 impl Cancel {
-    /// Asks the action to stop.
+    /// Asks the action under way to stop.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.action.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it has been asked to stop.
+    /// Asks the program to end, and every action with it.
+    pub fn quit(&self) {
+        self.program.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the action under way has been asked to stop.
     #[must_use]
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.action.load(Ordering::Relaxed) || self.is_quitting()
     }
 
-    /// Lets the next action run.
+    /// Whether the program has been asked to end.
+    #[must_use]
+    pub fn is_quitting(&self) -> bool {
+        self.program.load(Ordering::Relaxed)
+    }
+
+    /// Lets the next action run, unless the program is to end.
     pub fn reset(&self) {
-        self.0.store(false, Ordering::Relaxed);
+        self.action.store(false, Ordering::Relaxed);
     }
 }

@@ -104,6 +104,54 @@ pub struct Captures {
     pub solid: Vec<(Rgb, RgbImage)>,
 }
 
+impl Captures {
+    /// Every capture with what it shows.
+    pub(crate) fn named(&self) -> impl Iterator<Item = (String, &RgbImage)> {
+        let known = [
+            ("black", &self.black),
+            ("white", &self.white),
+            ("prmvs", &self.prmvs),
+            ("unary", &self.unary),
+        ];
+        let known = known
+            .into_iter()
+            .flat_map(|(what, frames)| frames.iter().map(move |frame| (what.to_owned(), frame)));
+        let solid = self
+            .solid
+            .iter()
+            .map(|(colour, frame)| (colour.to_string(), frame));
+        known.chain(solid)
+    }
+}
+
+/// Checks that captures have pixels and are all of one size.
+///
+/// # Errors
+/// [`PipelineError::Empty`] or [`PipelineError::SizesDiffer`] with the first one that fails.
+pub(crate) fn check_sizes<'a>(
+    captures: impl Iterator<Item = (String, &'a RgbImage)>,
+) -> Result<(), PipelineError> {
+    let mut expected = None;
+    for (what, frame) in captures {
+        let found = RasterSize {
+            width: frame.width(),
+            height: frame.height(),
+        };
+        if found.pixels() == 0 {
+            return Err(PipelineError::Empty { what });
+        }
+        let expected = *expected.get_or_insert(found);
+        if found != expected {
+            return Err(PipelineError::SizesDiffer {
+                what,
+                found,
+                expected,
+            });
+        }
+    }
+    Ok(())
+}
+
 /// Which reading method the pipeline uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -31,9 +31,9 @@ mod select;
 
 use image::RgbImage;
 use serde::{Deserialize, Serialize};
-use shared::pattern::{NamedColour, PALETTE_SIZE, RasterSize, Rgb};
+use shared::pattern::{NamedColour, PALETTE_SIZE, Rgb};
 
-use super::{PipelineError, Projected};
+use super::{PipelineError, Projected, check_sizes};
 use judge::Judged;
 use recovery::recover;
 use select::Evidence;
@@ -52,6 +52,18 @@ pub struct ColourTrial {
     pub white: Vec<RgbImage>,
     /// The projector showed the unary grid in this colour. A colour may come several times.
     pub shots: Vec<(NamedColour, RgbImage)>,
+}
+
+impl ColourTrial {
+    fn named(&self) -> impl Iterator<Item = (String, &RgbImage)> {
+        let black = self.black.iter().map(|frame| ("black".to_owned(), frame));
+        let white = self.white.iter().map(|frame| ("white".to_owned(), frame));
+        let shots = self
+            .shots
+            .iter()
+            .map(|(entry, frame)| (entry.name.clone(), frame));
+        black.chain(white).chain(shots)
+    }
 }
 
 /// The choice, and what it rests on.
@@ -168,7 +180,7 @@ pub fn choose_colours(
     current: Option<[Rgb; 4]>,
 ) -> Result<ColourSelection, PipelineError> {
     let shots = shots_by_colour(trial)?;
-    check_sizes(trial)?;
+    check_sizes(trial.named())?;
     let judged = Judged::new(trial, &shots);
     let recovered = recover(trial, &shots);
     let evidence = Evidence {
@@ -187,7 +199,7 @@ pub fn choose_colours(
 /// As [`choose_colours`].
 pub fn measure_separability(trial: &ColourTrial) -> Result<Separability, PipelineError> {
     let shots = shots_by_colour(trial)?;
-    check_sizes(trial)?;
+    check_sizes(trial.named())?;
     Ok(Judged::new(trial, &shots).predicted.separability)
 }
 
@@ -207,39 +219,4 @@ fn shots_by_colour(trial: &ColourTrial) -> Result<Vec<Shots<'_>>, PipelineError>
         return Err(PipelineError::TooFewColours { found: shots.len() });
     }
     Ok(shots)
-}
-
-fn check_sizes(trial: &ColourTrial) -> Result<(), PipelineError> {
-    let named = |what: &'static str, frames: &'_ [RgbImage]| {
-        frames
-            .iter()
-            .map(|f| (what.to_owned(), f.dimensions()))
-            .collect::<Vec<_>>()
-    };
-    let shots = trial
-        .shots
-        .iter()
-        .map(|(entry, f)| (entry.name.clone(), f.dimensions()));
-    let all: Vec<_> = named("black", &trial.black)
-        .into_iter()
-        .chain(named("white", &trial.white))
-        .chain(shots)
-        .collect();
-    let Some(&(_, first)) = all.first() else {
-        return Ok(());
-    };
-    let size = |(width, height)| RasterSize { width, height };
-    for (what, found) in all {
-        if found.0 == 0 || found.1 == 0 {
-            return Err(PipelineError::Empty { what });
-        }
-        if found != first {
-            return Err(PipelineError::SizesDiffer {
-                what,
-                found: size(found),
-                expected: size(first),
-            });
-        }
-    }
-    Ok(())
 }

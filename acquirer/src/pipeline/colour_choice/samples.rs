@@ -49,13 +49,11 @@ pub(super) struct Place {
     pub shots: Vec<[f32; 3]>,
 }
 
-/// The places, and what the frames could not tell.
+/// The places of a scene.
 #[derive(Debug, Clone)]
 pub(super) struct Places {
     /// In the order of the picture, row by row.
     pub places: Vec<Place>,
-    /// Whether white frames were there, so that `white` is known off the lines as well.
-    pub white_known: bool,
 }
 
 impl Places {
@@ -69,10 +67,7 @@ impl Places {
             }
             None => Vec::new(),
         };
-        Self {
-            places,
-            white_known: !trial.white.is_empty(),
-        }
+        Self { places }
     }
 
     /// One place of a grey wall in a dim room, for when nothing was seen.
@@ -86,7 +81,6 @@ impl Places {
         };
         Self {
             places: vec![place],
-            white_known: true,
         }
     }
 

@@ -227,8 +227,8 @@ fn squared_distances(place: &Place, responses: &Responses, noise: NoiseLaw) -> P
         for k in 0..CLASSES {
             let r = responses.r.get(k).map_or(0.0, |r| r[c]);
             mean[k] = r * white;
-            variance[k] =
-                responses.excess * (noise.variance(place.dark[c] + mean[k]) + r * r * reference);
+            let shot = noise.variance(place.dark[c] + mean[k]) + r * r * reference;
+            variance[k] = responses.excess * shot + (LIGHT_ERROR * mean[k]).powi(2);
         }
         for a in 0..CLASSES {
             for b in 0..CLASSES {

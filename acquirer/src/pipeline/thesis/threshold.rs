@@ -128,8 +128,22 @@ fn otsu(histogram: &[u32]) -> (f32, f32) {
 /// The colour of each pixel of a recovered coded grid.
 #[derive(Debug, Clone)]
 pub(crate) struct ColourMap {
-    /// Number of the projected colour, row by row; `None` off the grid and between the colours.
+    /// Width of the picture in pixels.
+    pub width: usize,
+    /// Number of the projected colour, row by row; `None` off the grid and where hue and saturation fit none.
     pub classes: Vec<Option<u8>>,
+    /// Whether the grid was recovered at all, row by row.
+    pub covered: Vec<bool>,
+}
+
+impl ColourMap {
+    /// The colour's number at a pixel; `None` outside of the picture as well.
+    pub(crate) fn at(&self, x: usize, y: usize) -> Option<u8> {
+        if x >= self.width {
+            return None;
+        }
+        self.classes.get(y * self.width + x).copied().flatten()
+    }
 }
 
 /// Cuts the hue histogram under the grid between its colours' peaks.
@@ -155,7 +169,11 @@ pub(crate) fn find_colours(frame: &RgbImage, grid: &RecoveredGrid, colours: &[Rg
         hsl.hue.and_then(|hue| of_bin[hue_bin(hue)])
     };
     let classes = hsl.iter().map(|h| h.as_ref().and_then(class)).collect();
-    ColourMap { classes }
+    ColourMap {
+        width: frame.width() as usize,
+        classes,
+        covered: hsl.iter().map(Option::is_some).collect(),
+    }
 }
 
 /// The bin of a hue.

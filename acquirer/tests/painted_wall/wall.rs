@@ -5,10 +5,10 @@ use std::sync::LazyLock;
 
 use acquirer::pipeline::colour_choice::ColourTrial;
 use image::RgbImage;
-use shared::pattern::{Grid, NamedColour, Palette, Pattern, Raster, RasterSize, Rgb};
+use shared::pattern::{Grid, NamedColour, Palette, Pattern, Raster, RasterSize};
 
 /// The wall, its light and its camera. Light is linear, 1 is the camera's full scale.
-pub struct PaintedWall {
+pub(crate) struct PaintedWall {
     /// Size of the projector's raster and of the camera's picture.
     pub size: RasterSize,
     /// Share of light given back, per channel, by patches of 80 px in turn.
@@ -24,7 +24,7 @@ pub struct PaintedWall {
 }
 
 impl PaintedWall {
-    pub fn grey() -> Self {
+    pub(crate) fn grey() -> Self {
         Self {
             size: RasterSize {
                 width: 320,
@@ -38,7 +38,7 @@ impl PaintedWall {
         }
     }
 
-    pub fn coloured(saturation: f64, dim: f64) -> Self {
+    pub(crate) fn coloured(saturation: f64, dim: f64) -> Self {
         let hues = [0.0, 0.45, 0.15, 0.7, 0.3, 0.9, 0.55];
         let paint = |hue: f64| {
             [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|c: f64| {
@@ -55,7 +55,7 @@ impl PaintedWall {
     }
 
     /// What the camera sees of a pattern; equal seeds give equal noise.
-    pub fn shoot(&self, pattern: &Pattern, seed: u64) -> RgbImage {
+    pub(crate) fn shoot(&self, pattern: &Pattern, seed: u64) -> RgbImage {
         let raster = pattern.raster(self.size);
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
         RgbImage::from_fn(self.size.width, self.size.height, |x, y| {
@@ -79,7 +79,7 @@ impl PaintedWall {
     }
 
     /// Black and white twice, and the grid in each colour of the shipped palette.
-    pub fn trial(&self, grid: &Grid) -> ColourTrial {
+    pub(crate) fn trial(&self, grid: &Grid) -> ColourTrial {
         let palette = Palette::default();
         let shot = |(k, entry): (usize, &NamedColour)| {
             let frame = self.shoot(&Pattern::Grid(grid.unary(entry.colour)), 100 + k as u64);
@@ -114,7 +114,7 @@ fn soft(raster: &Raster, x: u32, y: u32) -> [f64; 3] {
 }
 
 /// Linear light of an sRGB byte.
-pub fn decode(byte: u8) -> f64 {
+pub(crate) fn decode(byte: u8) -> f64 {
     static TABLE: LazyLock<[f64; 256]> = LazyLock::new(|| {
         std::array::from_fn(|byte| {
             let value = byte as f64 / 255.0;

@@ -1,14 +1,12 @@
 //! Choosing the grid's colours on painted walls: the choice must be better than a fixed one, and say why.
 
-mod painted_wall;
-
+use crate::wall::{PaintedWall, decode};
 use acquirer::pipeline::{
     PipelineError, Projected,
     colour_choice::{ColourSelection, ColourTrial, choose_colours},
 };
 use image::RgbImage;
-use painted_wall::{PaintedWall, decode};
-use shared::pattern::{Axis, Grid, GridSettings, Pattern, Rgb};
+use shared::pattern::{Axis, GridSettings, Pattern, Rgb};
 
 /// The thesis's test case II: red, yellow, magenta, green.
 const FIXED: [Rgb; 4] = [

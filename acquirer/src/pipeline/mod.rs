@@ -108,10 +108,10 @@ impl Captures {
     /// Every capture with what it shows.
     pub(crate) fn named(&self) -> impl Iterator<Item = (String, &RgbImage)> {
         let known = [
+            ("coded", &self.prmvs),
+            ("unary", &self.unary),
             ("black", &self.black),
             ("white", &self.white),
-            ("prmvs", &self.prmvs),
-            ("unary", &self.unary),
         ];
         let known = known
             .into_iter()
@@ -214,7 +214,14 @@ pub fn read_stage(
     calibration: Option<&RigCalibration>,
     settings: &PipelineSettings,
 ) -> Result<StageReading, PipelineError> {
-    check_sizes(captures)?;
+    if settings.method == Method::Thesis {
+        let mut reading = thesis::read_stage(captures, projected, &settings.thesis)?;
+        if !settings.pictures {
+            reading.pictures.clear();
+        }
+        return Ok(reading);
+    }
+    check_sizes(captures.named())?;
     let response = Response::new(&settings.response);
     let coded = response
         .light(&captures.prmvs)
@@ -309,39 +316,4 @@ fn nominal(colours: &[Rgb]) -> Vec<[f32; 3]> {
         .iter()
         .map(|&colour| colours::nominal_response(colour))
         .collect()
-}
-
-fn check_sizes(captures: &Captures) -> Result<(), PipelineError> {
-    let first = captures
-        .prmvs
-        .first()
-        .ok_or(PipelineError::NoCodedCapture)?;
-    let size = |picture: &RgbImage| RasterSize {
-        width: picture.width(),
-        height: picture.height(),
-    };
-    let expected = size(first);
-    let kinds = [
-        ("coded", &captures.prmvs),
-        ("unary", &captures.unary),
-        ("black", &captures.black),
-        ("white", &captures.white),
-    ];
-    for (what, pictures) in kinds {
-        for picture in pictures {
-            let found = size(picture);
-            let what = what.to_owned();
-            if found.pixels() == 0 {
-                return Err(PipelineError::Empty { what });
-            }
-            if found != expected {
-                return Err(PipelineError::SizesDiffer {
-                    what,
-                    found,
-                    expected,
-                });
-            }
-        }
-    }
-    Ok(())
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     Method, colours::ColourSettings, crossings::CrossingSettings, gain::GainSettings,
     grid::DecodeSettings, lines::LineSettings, reference::ReferenceSettings,
-    response::ResponseSettings,
+    response::ResponseSettings, thesis::ThesisSettings,
 };
 
 /// All settings of the pipeline. In TOML each field that is a struct is a table of its own.
@@ -30,6 +30,8 @@ pub struct PipelineSettings {
     pub colours: ColourSettings,
     /// Linking and decoding.
     pub grid: DecodeSettings,
+    /// The thesis's method, which has these settings alone.
+    pub thesis: ThesisSettings,
 }
 
 impl Default for PipelineSettings {
@@ -44,6 +46,7 @@ impl Default for PipelineSettings {
             crossings: CrossingSettings::default(),
             colours: ColourSettings::default(),
             grid: DecodeSettings::default(),
+            thesis: ThesisSettings::default(),
         }
     }
 }

@@ -14,16 +14,18 @@ use tracing_subscriber::EnvFilter;
 
 const EXAMPLES: &str = "\
 Examples:
-  projector                                  full-screen on the monitor that is not primary
+  projector                             full-screen on the monitor that is not primary
   projector --screen HDMI-1 --listen 0.0.0.0:4460
-  projector --windowed 1024x768              an ordinary window, to look at
-  projector --headless 1024x768              no window at all, for a simulated room
-  projector screens                          which monitors there are
+  projector --windowed 1024x768         an ordinary window, to look at
+  projector --headless 1024x768         no window at all, for a simulated room
+  projector screens                     which monitors there are
   projector render --pattern config/pattern.toml --size 1024x768 grid.png
 
-Keys in the window: I identify, C coded grid, U unary grid, K black, W white, R ramp, Escape end.
-Standard output gets one line, \"listening on ADDR:PORT\", when the first picture is shown and commands are
-taken. The log goes to standard error; RUST_LOG=debug makes it longer.
+Keys in the window: I identify, C coded grid, U unary grid, K black, W white,
+R ramp, Escape end.
+Standard output gets one line, \"listening on ADDR:PORT\", once the first picture
+is shown and commands are taken. The log goes to standard error; RUST_LOG=debug
+makes it longer.
 Exit codes: 0 ended as asked, 1 failed, 2 wrong use.";
 
 /// Shows the colour-coded grid full-screen and takes commands over TCP.
@@ -56,7 +58,8 @@ struct ShowArgs {
     /// Fill the monitor of this name (see `projector screens`).
     #[arg(long, value_name = "NAME")]
     screen: Option<String>,
-    /// Take commands on this address; port 0 takes a free one. Anybody who reaches it may command.
+    /// Take commands on this address (default 127.0.0.1:4460); port 0 takes a free one. There is no
+    /// password: whoever reaches the address may command.
     #[arg(long, value_name = "ADDR:PORT")]
     listen: Option<Address>,
     /// Read settings from this file, in the form of config/projector.toml.

@@ -9,13 +9,17 @@ use shared::pattern::{Grid, GridSettings, Pattern};
 use super::RenderArgs;
 
 pub(super) const FORMS: &str = r##"FILE is one of
-  a pattern:   {"kind": "solid", "colour": "#8000ff"}, {"kind": "ramp"}, {"kind": "identify", "label": "A"},
-               or {"kind": "grid", ...} with the keys of a grid
-  a grid:      {"rows": 15, "columns": 15, "row_width_px": 6, "column_width_px": 6,
-                "colours": ["#ff0000", "#ffff00", "#ff00ff", "#00ff00"], "unary": "#ff0000"}
-               with 4 colours PRMVS, with 2 PRBCS, with 1 unary; with "row_symbols" and "column_symbols"
-               (a colour's number from 0 for every line) any code in up to 16 colours
-  a recording: scan.json; its "pattern" is drawn
+  a pattern    {"kind": "solid", "colour": "#8000ff"}
+               {"kind": "ramp"}
+               {"kind": "identify", "label": "A"}
+               {"kind": "grid", ...} with the keys of a grid
+  a grid       {"rows": 15, "columns": 15,
+                "row_width_px": 6, "column_width_px": 6,
+                "colours": ["#ff0000", "#ffff00", "#ff00ff", "#00ff00"]}
+               with 4 colours PRMVS, with 2 PRBCS, with 1 unary; with
+               "row_symbols" and "column_symbols" (for every line the number
+               of its colour, from 0) any code in up to 16 colours
+  a recording  scan.json; its "pattern" is drawn
 or the same in TOML, as config/pattern.toml.
 
 Example:

@@ -17,6 +17,10 @@ mod surface;
 
 mod presentation;
 
+mod placement;
+
+mod keys;
+
 mod window;
 
 mod error;
@@ -25,8 +29,9 @@ pub use error::ScreenError;
 pub use headless::run as run_headless;
 pub use monitors::{Monitor, list as list_monitors};
 pub use orders::{Orders, Pending};
-pub use painter::{Painter, PainterError};
-pub use window::{Placement, WindowSettings, run as run_window};
+pub use painter::PainterError;
+pub use placement::Placement;
+pub use window::{WindowSettings, run as run_window};
 
 use shared::{
     pattern::RasterSize,

@@ -29,7 +29,7 @@ struct PictureUniform {
 
 /// The pipeline and the pattern that is loaded.
 #[derive(Debug)]
-pub struct Painter {
+pub(super) struct Painter {
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipeline: wgpu::RenderPipeline,
@@ -83,8 +83,11 @@ fn texel(line: Option<Rgb>) -> [u8; 4] {
 
 impl Painter {
     /// A painter for targets of this format, with nothing loaded: it paints black.
-    #[must_use]
-    pub fn new(device: wgpu::Device, queue: wgpu::Queue, format: wgpu::TextureFormat) -> Self {
+    pub(super) fn new(
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        format: wgpu::TextureFormat,
+    ) -> Self {
         let shader = device.create_shader_module(wgpu::include_wgsl!("pattern.wgsl"));
         let target = wgpu::ColorTargetState {
             format,
@@ -124,7 +127,7 @@ impl Painter {
     ///
     /// # Errors
     /// The raster is larger than the GPU's textures; the last pattern stays loaded.
-    pub fn load(&mut self, pattern: &Pattern, size: RasterSize) -> Result<(), PainterError> {
+    pub(super) fn load(&mut self, pattern: &Pattern, size: RasterSize) -> Result<(), PainterError> {
         let most = self.device.limits().max_texture_dimension_2d;
         if size.width.max(size.height) > most {
             return Err(PainterError::TooLarge(size, most));
@@ -154,7 +157,7 @@ impl Painter {
     }
 
     /// Draws the loaded pattern over the whole target.
-    pub fn paint(&self, target: &wgpu::TextureView) {
+    pub(super) fn paint(&self, target: &wgpu::TextureView) {
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -9,7 +9,7 @@ use shared::pattern::{Pattern, RasterSize};
 use wgpu::CurrentSurfaceTexture as Acquired;
 use winit::{event_loop::ActiveEventLoop, window::Window};
 
-use super::{Painter, PainterError, ScreenError};
+use super::{PainterError, ScreenError, painter::Painter};
 
 /// Longest time the GPU may take for one frame before it counts as stuck.
 const GPU_TIMEOUT: Duration = Duration::from_secs(2);

@@ -8,24 +8,21 @@ use std::{
     time::{Duration, Instant},
 };
 
-use shared::{
-    pattern::RasterSize,
-    protocol::{Command, ScreenInfo, ScreenKind, View},
-};
+use shared::protocol::{ScreenInfo, ScreenKind};
 use winit::{
     application::ApplicationHandler,
     dpi::{PhysicalPosition, PhysicalSize},
     event::{ElementState, KeyEvent, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
     keyboard::{Key, NamedKey},
-    monitor::MonitorHandle,
-    window::{Fullscreen, Window, WindowAttributes, WindowId},
+    window::{Window, WindowAttributes, WindowId},
 };
 
 use super::{
-    Orders, Reporter, ScreenError,
+    Orders, Placement, Reporter, ScreenError,
+    keys::command_of,
     monitor_watch::{MonitorWatch, Place},
-    monitors::{self, Monitor},
+    placement::{choose_monitor, full_screen},
     presentation::{Next, Presentation},
     surface::{Canvas, Frame},
 };
@@ -37,17 +34,6 @@ const MONITOR_CHECK: Duration = Duration::from_secs(2);
 const RETRY: Duration = Duration::from_millis(100);
 /// Refresh rate taken where the system tells none.
 const USUAL_REFRESH_HZ: f64 = 60.0;
-/// How long the I key shows the identify card, in seconds.
-const KEY_IDENTIFY_S: u32 = 5;
-
-/// Where the window goes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Placement {
-    /// All of the monitor of this name; without a name, of the one that is not primary.
-    FullScreen(Option<String>),
-    /// A window whose inside has this size.
-    Window(RasterSize),
-}
 
 /// What the window is opened with.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -354,60 +340,4 @@ impl ApplicationHandler for WindowScreen {
         let next = [self.redraw_at, self.check_at].into_iter().flatten().min();
         event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
-}
-
-fn choose_monitor(
-    event_loop: &ActiveEventLoop,
-    wanted: Option<&str>,
-) -> Result<(MonitorHandle, Monitor), ScreenError> {
-    let mut available = monitors::available(event_loop);
-    let all: Vec<Monitor> = available
-        .iter()
-        .map(|(_, monitor)| monitor.clone())
-        .collect();
-    let chosen = monitors::choose(&all, wanted)?;
-    let (handle, monitor) = available.swap_remove(chosen);
-    tracing::info!(
-        "showing on {} ({}x{})",
-        monitor.name,
-        monitor.width,
-        monitor.height
-    );
-    if wanted.is_none() && monitor.primary {
-        tracing::warn!(
-            "{} is the only monitor: the picture covers your desktop, Escape ends it",
-            monitor.name
-        );
-    }
-    Ok((handle, monitor))
-}
-
-/// Position and size go with the full-screen hint: without a window manager the hint alone leaves the size
-/// wrong. The window stays resizable, because some window managers make no other window full-screen.
-fn full_screen(base: WindowAttributes, monitor: &MonitorHandle) -> WindowAttributes {
-    base.with_decorations(false)
-        .with_position(monitor.position())
-        .with_inner_size(monitor.size())
-        .with_fullscreen(Some(Fullscreen::Borderless(Some(monitor.clone()))))
-}
-
-/// What the keys of the projector's own keyboard do.
-fn command_of(key: &Key) -> Option<Command> {
-    let Key::Character(text) = key else {
-        return None;
-    };
-    let view = match text.to_lowercase().as_str() {
-        "c" => View::Coded,
-        "u" => View::Unary,
-        "k" => View::Black,
-        "w" => View::White,
-        "r" => View::Ramp,
-        "i" => {
-            return Some(Command::Identify {
-                seconds: KEY_IDENTIFY_S,
-            });
-        }
-        _ => return None,
-    };
-    Some(Command::Show { view })
 }

@@ -1,0 +1,28 @@
+//! The keys of the projector's own keyboard, for pointing and focusing without a second computer.
+
+use shared::protocol::{Command, View};
+use winit::keyboard::Key;
+
+/// How long the I key shows the identify card, in seconds.
+const IDENTIFY_S: u32 = 5;
+
+/// What a key asks for.
+pub(super) fn command_of(key: &Key) -> Option<Command> {
+    let Key::Character(text) = key else {
+        return None;
+    };
+    let view = match text.to_lowercase().as_str() {
+        "c" => View::Coded,
+        "u" => View::Unary,
+        "k" => View::Black,
+        "w" => View::White,
+        "r" => View::Ramp,
+        "i" => {
+            return Some(Command::Identify {
+                seconds: IDENTIFY_S,
+            });
+        }
+        _ => return None,
+    };
+    Some(Command::Show { view })
+}

@@ -22,6 +22,9 @@ pub struct CrossingSettings {
     pub margin_px: f64,
     /// Share of an arm's pixels that must have been seen for the arm to count, 0 to 1.
     pub seen_share: f64,
+    /// Largest step between the two arms of one line where they meet, in camera pixels, 0.1 to 5: more is
+    /// an edge in depth, not one line. Noise is allowed for.
+    pub largest_step_px: f64,
     /// Smallest angle between the two lines, in degrees, 5 to 80.
     pub least_angle_deg: f64,
 }
@@ -32,6 +35,7 @@ impl Default for CrossingSettings {
             reach: 0.5,
             margin_px: 1.5,
             seen_share: 0.5,
+            largest_step_px: 0.6,
             least_angle_deg: 25.0,
         }
     }
@@ -48,6 +52,8 @@ pub struct Arms {
     pub outer_px: [f64; 2],
     /// Which arms were seen.
     pub seen: [bool; 2],
+    /// Whether one arm goes on where the other ends.
+    pub continuous: bool,
     /// Across per pixel along, at the crossing.
     pub slope: f64,
 }
@@ -82,10 +88,11 @@ impl Crossing {
         }
     }
 
-    /// Whether all four arms were seen.
+    /// Whether all four arms were seen and each line goes on through the crossing.
     #[must_use]
     pub fn is_whole(&self) -> bool {
-        self.row.seen == [true; 2] && self.column.seen == [true; 2]
+        let whole = |arms: &Arms| arms.seen == [true; 2] && arms.continuous;
+        whole(&self.row) && whole(&self.column)
     }
 }
 
@@ -343,6 +350,27 @@ fn fit(
     Some(refined)
 }
 
+/// Whether straight lines through the points before and after 0 meet there. A smooth bend moves both to the
+/// same side, so it is no step.
+fn continuous(points: &[(f64, f64)], largest_step_px: f64) -> bool {
+    const SIGMAS: f64 = 4.0;
+    let (before, after): (Vec<_>, Vec<_>) = points.iter().partition(|point| point.0 < 0.0);
+    let at_0 = |arm: &[(f64, f64)]| {
+        let line = Curve::straight(arm)?;
+        let n = arm.len() as f64;
+        let middle = arm.iter().map(|p| p.0).sum::<f64>() / n;
+        let spread: f64 = arm.iter().map(|p| (p.0 - middle).powi(2)).sum();
+        let noise = line.misfit(arm) / (n - 2.0).max(1.0);
+        Some((line.at(0.0), noise * (1.0 / n + middle * middle / spread)))
+    };
+    match (at_0(&before), at_0(&after)) {
+        (Some((a, va)), Some((b, vb))) => {
+            (a - b).abs() <= largest_step_px + SIGMAS * (va + vb).sqrt()
+        }
+        _ => false,
+    }
+}
+
 /// Across as a polynomial of along, around the crossing.
 #[derive(Debug, Clone, Copy)]
 struct Curve([f64; 3]);
@@ -383,6 +411,7 @@ impl Curve {
             arms.seen[side] = seen >= FEWEST && seen as f64 >= settings.seen_share * expected;
         }
         let both = arms.seen == [true; 2];
+        arms.continuous = both && continuous(&points, settings.largest_step_px);
         if points.len() < 2 * FEWEST || !(arms.seen[0] || arms.seen[1]) {
             return None;
         }

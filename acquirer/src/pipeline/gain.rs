@@ -25,6 +25,9 @@ pub struct GainSettings {
     pub tile_px: usize,
     /// Whether the coded grid's lines are added to the unary grid's: same place, half the noise.
     pub both_grids: bool,
+    /// Error of one channel's light beyond its noise, as a share of white light, 0 to 1: what demosaicing
+    /// and compression do. It keeps one bright channel from deciding alone.
+    pub channel_error: f64,
 }
 
 impl Default for GainSettings {
@@ -33,6 +36,7 @@ impl Default for GainSettings {
             shrink: 4.0,
             tile_px: 48,
             both_grids: true,
+            channel_error: 0.15,
         }
     }
 }
@@ -157,6 +161,7 @@ pub fn find_gain(light: &LineLight, colours: &[[f32; 3]], settings: &GainSetting
         power: Plane::filled(width, height, 0.0),
     };
     let shrink = settings.shrink.max(1e-6) as f32;
+    let error = (settings.channel_error * settings.channel_error) as f32;
     let rows = image
         .gain
         .values_mut()
@@ -165,7 +170,7 @@ pub fn find_gain(light: &LineLight, colours: &[[f32; 3]], settings: &GainSetting
     rows.enumerate().for_each(|(y, (gain, power))| {
         let row = LightRow::new(light, y);
         for &colour in colours {
-            row.add(colour, shrink, gain, power);
+            row.add(colour, shrink, error, gain, power);
         }
     });
     image
@@ -191,7 +196,7 @@ impl<'a> LightRow<'a> {
     }
 
     /// Replaces gains that this colour explains with more gain.
-    fn add(&self, colour: [f32; 3], shrink: f32, gain: &mut [f32], powers: &mut [f32]) {
+    fn add(&self, colour: [f32; 3], shrink: f32, error: f32, gain: &mut [f32], powers: &mut [f32]) {
         let width = gain.len();
         let channels = |planes: [&'a [f32]; 3]| planes.map(|row| &row[..width]);
         let (above_black, white, noise) = (
@@ -205,7 +210,7 @@ impl<'a> LightRow<'a> {
             for c in 0..3 {
                 let usable = f32::from(1 - (clipped[x] >> c & 1));
                 let expected = usable * white[c][x] * colour[c];
-                let weight = expected / noise[c][x];
+                let weight = expected / (noise[c][x] + error * white[c][x] * white[c][x]);
                 signal += above_black[c][x] * weight;
                 power += expected * weight;
             }

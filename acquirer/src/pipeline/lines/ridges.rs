@@ -10,15 +10,17 @@ use crate::pipeline::gain::GainImage;
 pub struct Ridge {
     /// Position across the line, edge coordinates.
     pub across: f32,
-    /// How sharply the gain bends there: -s^2 g'', about 0.48 on a full line.
+    /// How sharply the gain bends there: -s^2 g'', about 0.46 on a full line.
     pub strength: f32,
     /// Strong enough to begin a track; a weaker one only continues one.
     pub strong: bool,
 }
 
-/// Strength of a line of gain 1 whose width is twice the Gaussian's standard deviation:
-/// 2 / sqrt(2 pi) x exp(-1/2).
-const FULL_STRENGTH: f32 = 0.484;
+/// The derivative's standard deviation in line widths: half a width answers a line best, a little more
+/// averages over the sensor's colour mosaic.
+const SIGMA_PER_WIDTH: f64 = 0.65;
+/// Strength of a line of gain 1 at that scale: (w/s) / sqrt(2 pi) x exp(-(w/s)^2 / 8).
+const FULL_STRENGTH: f32 = 0.456;
 /// Demosaicing and JPEG correlate neighbouring pixels: their noise survives smoothing about so many times
 /// better than independent noise would.
 const CORRELATED: f32 = 2.0;
@@ -37,7 +39,7 @@ pub(super) fn find_ridges(
         return vec![Vec::new(); height];
     }
     let smooth = settings.smooth_along_px.clamp(0.5, 5.0);
-    let sigma = (0.5 * width_px).max(0.8);
+    let sigma = (SIGMA_PER_WIDTH * width_px).max(0.8);
     let pass = Pass {
         image,
         shrink,

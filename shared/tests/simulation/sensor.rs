@@ -4,7 +4,7 @@ use image::RgbImage;
 
 use super::{BOX, frame, grid, mean, plain_room};
 use shared::{
-    pattern::{Grid, Pattern, Rgb},
+    pattern::{Grid, Pattern, Raster, Rgb},
     simulation::Room,
     stage::Stage,
 };
@@ -93,4 +93,38 @@ fn crosstalk_lets_other_colours_see_red_light() {
         (g / r - 0.2).abs() < 0.01 && (b / r - 0.05).abs() < 0.01,
         "{r} {g} {b}"
     );
+}
+
+#[test]
+fn jpeg_and_bayer_mosaic_displace_no_colour() {
+    let processing = "jpeg_quality = 90\nbayer = true";
+    let scene = plain_room(processing, "blur_px = 1.0", "");
+    let clean = plain_room("", "blur_px = 1.0", "");
+    let bars = [(200..240, 0..384), (0..512, 150..190)];
+    for (bar, along_x) in bars.into_iter().zip([true, false]) {
+        let (x_span, y_span) = bar;
+        let picture = Raster::from_fn(scene.projector_size(), |x, y| {
+            let lit = x_span.contains(&x) && y_span.contains(&y);
+            if lit { Rgb([255, 0, 255]) } else { Rgb::BLACK }
+        });
+        let [processed, ideal] = [&scene, &clean]
+            .map(|scene| Room::new(scene, Stage::Background).render(&scene.project(&picture), 0));
+        for channel in [0, 2] {
+            let middle = |picture: &RgbImage| {
+                let pixels = (60..240).flat_map(|x| (40..200).map(move |y| (x, y)));
+                let (mut weight, mut sum) = (0.0, 0.0);
+                for (x, y) in pixels {
+                    let level = f64::from(picture.get_pixel(x, y).0[channel]);
+                    weight += level;
+                    sum += level * f64::from(if along_x { x } else { y });
+                }
+                sum / weight
+            };
+            let shift = middle(&processed) - middle(&ideal);
+            assert!(
+                shift.abs() < 0.05,
+                "channel {channel}, along x {along_x}: {shift} px"
+            );
+        }
+    }
 }

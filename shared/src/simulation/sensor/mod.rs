@@ -8,7 +8,7 @@
 mod bayer;
 
 use image::{ImageFormat, RgbImage};
-use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
+use jpeg_encoder::{ChromaSubsamplingMethod, ColorType, Encoder, SamplingFactor};
 use rayon::prelude::*;
 
 use super::{
@@ -174,6 +174,8 @@ impl Sensor {
         let mut file = Vec::with_capacity(bytes.len() / 4);
         let mut encoder = Encoder::new(&mut file, self.jpeg_quality);
         encoder.set_sampling_factor(SamplingFactor::F_2_2);
+        // the encoder's default takes the upper left of four pixels and so displaces colours by half a pixel
+        encoder.set_chroma_subsampling_method(ChromaSubsamplingMethod::Average);
         let (width, height) = (
             u16::try_from(self.width).ok()?,
             u16::try_from(self.height).ok()?,

@@ -5,9 +5,14 @@
 //! D = a s r_k + noise, s the light a white line would give, r_k the response of the camera to colour k
 //! (one 3-vector per colour, the same on all surfaces: Caspi, Kiryati and Shamir 1998) and a a gain near
 //! the unary grid's, integrated out. The r_k start from the nominal colours and are re-estimated from the
-//! picture in a few rounds of assignment and median. Samples are clipped and their number is divided by
-//! their correlation length, so that margins stay honest. When two of the chosen colours look alike on
-//! most of the scene, the rounds may settle between them; the margins are then small, not wrong.
+//! picture in a few rounds of assignment and median. Crosstalk between the camera's channels is estimated
+//! in the same rounds and taken out first, since on a saturated surface it would change r_k. Samples are
+//! clipped and their number is divided by their correlation length, so that margins stay honest. When two
+//! of the chosen colours look alike on most of the scene, the rounds may settle between them; the margins
+//! are then small, not wrong.
+
+mod model;
+mod unmix;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -20,6 +25,7 @@ use super::{
     plane::Plane,
     response::Response,
 };
+use model::Model;
 
 /// How colours are told apart.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -136,15 +142,10 @@ pub fn find_colours(
     } else {
         settings.free_gain_spread
     };
-    let mut model = Model {
-        responses: nominal.iter().copied().take(MAX_COLOURS).collect(),
-        misfit: 0.1,
-        gain_variance: (spread * spread) as f32,
-        settings,
-    };
+    let mut model = Model::new(nominal, spread, light.white_is_measured, settings);
     let mut evidence = model.weigh_all(&units);
     for _ in 0..settings.rounds.min(20) {
-        model.refine(&evidence);
+        model.refine(&units, &evidence);
         evidence = model.weigh_all(&units);
     }
     let (rows, columns) = evidence
@@ -154,7 +155,7 @@ pub fn find_colours(
     Colours {
         rows,
         columns,
-        responses: model.responses,
+        responses: model.into_responses(),
     }
 }
 
@@ -206,9 +207,9 @@ impl Sampler<'_> {
         unit
     }
 
-    /// `None` where all channels are clipped. A clipped channel gets a variance that silences it.
+    /// `None` where all channels are clipped. A clipped channel gets a variance that all but silences it.
     fn sample(&self, axis: Axis, along: f64, across: f64, aside: f64) -> Option<Sample> {
-        const SILENT: f32 = 1e6;
+        const CLIPPED_VARIANCE: f32 = 0.25; // known to within half of full light at best
         let place = |offset: f64| match axis {
             Axis::Row => (along, across + offset),
             Axis::Column => (across + offset, along),
@@ -232,19 +233,14 @@ impl Sampler<'_> {
         if bits == 7 {
             return None;
         }
-        let mut sample = Sample {
-            light: [0.0; 3],
-            full: [0.0; 3],
-            variance: [SILENT; 3],
-        };
-        for c in 0..3 {
-            if bits >> c & 1 == 0 {
-                sample.light[c] = mean(&self.light.above_black[c]);
-                sample.full[c] = gain * mean(&self.light.white[c]);
-                sample.variance[c] = mean(&self.light.variance[c]);
-            }
-        }
-        Some(sample)
+        Some(Sample {
+            light: self.light.above_black.each_ref().map(&mean),
+            full: self.light.white.each_ref().map(|plane| gain * mean(plane)),
+            variance: std::array::from_fn(|c| match bits >> c & 1 {
+                0 => mean(&self.light.variance[c]),
+                _ => CLIPPED_VARIANCE,
+            }),
+        })
     }
 
     fn clipped(&self, x: f64, y: f64) -> u8 {
@@ -254,120 +250,4 @@ impl Sampler<'_> {
         }
         self.light.clipped[y as usize * width + x as usize] & 7
     }
-}
-
-/// The colour responses and how well they explain the picture.
-struct Model<'a> {
-    responses: Vec<[f32; 3]>,
-    /// Error of the model itself, as a share of white light: interreflection, chroma smear, crosstalk.
-    misfit: f32,
-    gain_variance: f32,
-    settings: &'a ColourSettings,
-}
-
-/// Smallest and largest error of the model, as a share of white light.
-const MISFIT_RANGE: (f32, f32) = (0.04, 0.3);
-
-impl Model<'_> {
-    fn weigh_all(&self, units: &[Unit]) -> Vec<Evidence> {
-        units.par_iter().map(|unit| self.weigh(unit)).collect()
-    }
-
-    fn weigh(&self, unit: &Unit) -> Evidence {
-        let colours = self.responses.len();
-        let mut evidence = Evidence {
-            nats: [0.0; MAX_COLOURS],
-            ratio: [0.0; 3],
-            signal: 0.0,
-            clipped: unit.clipped,
-        };
-        let (mut top, mut bottom, mut power) = ([0.0; 3], [0.0; 3], 0.0);
-        let clip = -self.settings.sample_clip_nats as f32;
-        for sample in &unit.samples {
-            let mut nats = [0.0; MAX_COLOURS];
-            for (value, &response) in nats.iter_mut().zip(&self.responses) {
-                *value = self.log_likelihood(sample, response);
-            }
-            let best = nats[..colours].iter().copied().fold(f32::MIN, f32::max);
-            for (sum, value) in evidence.nats.iter_mut().zip(nats).take(colours) {
-                *sum += (value - best).max(clip);
-            }
-            for c in 0..3 {
-                let weight = sample.full[c] / sample.variance[c];
-                top[c] += sample.light[c] * weight;
-                bottom[c] += sample.full[c] * weight;
-                power += sample.full[c] * weight;
-            }
-        }
-        for c in 0..3 {
-            evidence.ratio[c] = if bottom[c] > 1e-3 {
-                top[c] / bottom[c]
-            } else {
-                f32::NAN
-            };
-        }
-        evidence.signal = (power / unit.samples.len().max(1) as f32).sqrt();
-        let share = 1.0 / self.settings.correlation_px.max(1.0) as f32;
-        let best = evidence.nats[..colours]
-            .iter()
-            .copied()
-            .fold(f32::MIN, f32::max);
-        let clip = -self.settings.crossing_clip_nats as f32;
-        for value in &mut evidence.nats[..colours] {
-            *value = ((*value - best) * share).max(clip);
-        }
-        evidence
-    }
-
-    /// Normal log-likelihood with the gain integrated out (matrix determinant and inversion lemmas).
-    fn log_likelihood(&self, sample: &Sample, response: [f32; 3]) -> f32 {
-        let (mut ee, mut em, mut mm, mut logs) = (0.0, 0.0, 0.0, 0.0);
-        for c in 0..3 {
-            let model = sample.full[c] * response[c];
-            let error = sample.light[c] - model;
-            let misfit = self.misfit * sample.full[c];
-            let variance = sample.variance[c] + misfit * misfit;
-            ee += error * error / variance;
-            em += error * model / variance;
-            mm += model * model / variance;
-            logs += variance.ln();
-        }
-        let spread = 1.0 + self.gain_variance * mm;
-        -0.5 * (ee - self.gain_variance * em * em / spread + logs + spread.ln())
-    }
-
-    /// Medians of the ratios of the lines that clearly have a colour become that colour's response.
-    fn refine(&mut self, evidence: &[Evidence]) {
-        const CLEAR_NATS: f32 = 3.0;
-        const CLEAR_SIGNAL: f32 = 4.0;
-        const FEWEST: usize = 4;
-        let colours = self.responses.len();
-        let mut ratios = vec![[const { Vec::new() }; 3]; colours];
-        for unit in evidence.iter().filter(|unit| unit.signal > CLEAR_SIGNAL) {
-            let mut order: Vec<usize> = (0..colours).collect();
-            order.sort_by(|&a, &b| unit.nats[b].total_cmp(&unit.nats[a]));
-            let lead = order.get(1).map_or(f32::MAX, |&second| -unit.nats[second]);
-            if lead > CLEAR_NATS {
-                let finite = unit.ratio.iter().enumerate().filter(|(_, r)| r.is_finite());
-                finite.for_each(|(c, &ratio)| ratios[order[0]][c].push(ratio));
-            }
-        }
-        let mut deviations = Vec::new();
-        for (response, ratios) in self.responses.iter_mut().zip(&mut ratios) {
-            for (r, ratios) in response.iter_mut().zip(ratios) {
-                if ratios.len() >= FEWEST {
-                    *r = median(ratios).max(0.0);
-                    deviations.extend(ratios.iter().map(|ratio| (ratio - *r).abs()));
-                }
-            }
-        }
-        if !deviations.is_empty() {
-            self.misfit = (1.483 * median(&mut deviations)).clamp(MISFIT_RANGE.0, MISFIT_RANGE.1);
-        }
-    }
-}
-
-fn median(values: &mut [f32]) -> f32 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f32::total_cmp).1
 }

@@ -1,0 +1,203 @@
+//! The colour responses, estimated from the picture, and the likelihoods they give.
+
+use rayon::prelude::*;
+use shared::pattern::MAX_COLOURS;
+
+use super::{
+    ColourSettings, Evidence, Sample, Unit,
+    unmix::{KnownLight, Unmixing},
+};
+
+/// The colour responses and how well they explain the picture.
+pub(super) struct Model<'a> {
+    nominal: Vec<[f32; 3]>,
+    unmixing: Unmixing,
+    may_unmix: bool,
+    responses: Vec<[f32; 3]>,
+    /// Error of the model itself, as a share of white light: interreflection, chroma smear, crosstalk.
+    misfit: f32,
+    gain_variance: f32,
+    settings: &'a ColourSettings,
+}
+
+/// Smallest and largest error of the model, as a share of white light.
+const MISFIT_RANGE: (f32, f32) = (0.04, 0.3);
+
+/// Light of the brightest channel that the correction leaves in another one.
+const LEAK: f32 = 0.03;
+
+impl<'a> Model<'a> {
+    /// Nominal colours, before any round. Crosstalk can be told only where white was measured.
+    pub(super) fn new(
+        nominal: &[[f32; 3]],
+        gain_spread: f64,
+        may_unmix: bool,
+        settings: &'a ColourSettings,
+    ) -> Self {
+        let nominal: Vec<[f32; 3]> = nominal.iter().copied().take(MAX_COLOURS).collect();
+        Self {
+            responses: nominal.clone(),
+            nominal,
+            unmixing: Unmixing::NONE,
+            may_unmix,
+            misfit: 0.1,
+            gain_variance: (gain_spread * gain_spread) as f32,
+            settings,
+        }
+    }
+
+    /// The responses found, in corrected channels.
+    pub(super) fn into_responses(self) -> Vec<[f32; 3]> {
+        self.responses
+    }
+
+    /// The evidence of all units.
+    pub(super) fn weigh_all(&self, units: &[Unit]) -> Vec<Evidence> {
+        units.par_iter().map(|unit| self.weigh(unit)).collect()
+    }
+
+    fn weigh(&self, unit: &Unit) -> Evidence {
+        let colours = self.responses.len();
+        let mut evidence = Evidence {
+            nats: [0.0; MAX_COLOURS],
+            ratio: [0.0; 3],
+            signal: 0.0,
+            clipped: unit.clipped,
+        };
+        let (mut top, mut bottom, mut power) = ([0.0; 3], [0.0; 3], 0.0);
+        let clip = -self.settings.sample_clip_nats as f32;
+        for sample in &unit.samples {
+            let sample = &self.corrected(sample);
+            let mut nats = [0.0; MAX_COLOURS];
+            for (value, &response) in nats.iter_mut().zip(&self.responses) {
+                *value = self.log_likelihood(sample, response);
+            }
+            let best = nats[..colours].iter().copied().fold(f32::MIN, f32::max);
+            for (sum, value) in evidence.nats.iter_mut().zip(nats).take(colours) {
+                *sum += (value - best).max(clip);
+            }
+            for c in 0..3 {
+                let weight = sample.full[c] / sample.variance[c];
+                top[c] += sample.light[c] * weight;
+                bottom[c] += sample.full[c] * weight;
+                power += sample.full[c] * weight;
+            }
+        }
+        // a channel that the surface hardly returns tells nothing about the colour's response in it
+        let strongest = bottom.iter().copied().fold(0.0, f32::max);
+        for c in 0..3 {
+            let tells = bottom[c] > 1e-3 && bottom[c] > 0.02 * strongest;
+            evidence.ratio[c] = if tells { top[c] / bottom[c] } else { f32::NAN };
+        }
+        evidence.signal = (power / unit.samples.len().max(1) as f32).sqrt();
+        let share = 1.0 / self.settings.correlation_px.max(1.0) as f32;
+        let best = evidence.nats[..colours]
+            .iter()
+            .copied()
+            .fold(f32::MIN, f32::max);
+        let clip = -self.settings.crossing_clip_nats as f32;
+        for value in &mut evidence.nats[..colours] {
+            *value = ((*value - best) * share).max(clip);
+        }
+        evidence
+    }
+
+    fn corrected(&self, sample: &Sample) -> Sample {
+        Sample {
+            light: self.unmixing.light(sample.light),
+            full: self.unmixing.light(sample.full).map(|full| full.max(0.0)),
+            variance: self.unmixing.variance(sample.variance),
+        }
+    }
+
+    /// Normal log-likelihood with the gain integrated out (matrix determinant and inversion lemmas).
+    fn log_likelihood(&self, sample: &Sample, response: [f32; 3]) -> f32 {
+        let brightest = sample.full.iter().copied().fold(0.0, f32::max);
+        let leak = LEAK * brightest;
+        let (mut ee, mut em, mut mm, mut logs) = (0.0, 0.0, 0.0, 0.0);
+        for c in 0..3 {
+            let model = sample.full[c] * response[c];
+            let error = sample.light[c] - model;
+            let misfit = self.misfit * sample.full[c];
+            let variance = sample.variance[c] + misfit * misfit + leak * leak;
+            ee += error * error / variance;
+            em += error * model / variance;
+            mm += model * model / variance;
+            logs += variance.ln();
+        }
+        let spread = 1.0 + self.gain_variance * mm;
+        -0.5 * (ee - self.gain_variance * em * em / spread + logs + spread.ln())
+    }
+
+    /// The colour of a line that leaves no doubt about it.
+    fn clear_colour(&self, unit: &Evidence) -> Option<usize> {
+        const CLEAR_NATS: f32 = 3.0;
+        const CLEAR_SIGNAL: f32 = 4.0;
+        let colours = self.responses.len();
+        let best = (0..colours).max_by(|&a, &b| unit.nats[a].total_cmp(&unit.nats[b]))?;
+        let close = (0..colours).any(|k| k != best && unit.nats[k] > -CLEAR_NATS);
+        (unit.signal > CLEAR_SIGNAL && !close).then_some(best)
+    }
+
+    /// Mean light of a line relative to white's strongest channel; `None` where a channel was clipped.
+    fn known_light(&self, unit: &Unit, colour: usize) -> Option<KnownLight> {
+        /// Largest nominal response of a primary that a colour counts as lacking.
+        const LACKING: f32 = 0.05;
+        if unit.clipped > 0.0 || unit.samples.is_empty() {
+            return None;
+        }
+        let (mut light, mut full) = ([0.0f32; 3], [0.0f32; 3]);
+        for sample in &unit.samples {
+            for c in 0..3 {
+                light[c] += sample.light[c];
+                full[c] += sample.full[c];
+            }
+        }
+        let brightest = full.iter().copied().fold(0.0, f32::max);
+        (brightest > 0.0).then(|| KnownLight {
+            light: light.map(|sum| sum / brightest),
+            lacks: self.nominal[colour].map(|response| response < LACKING),
+        })
+    }
+
+    /// Medians of the ratios of the lines that clearly have a colour become that colour's response, after
+    /// their light has told the crosstalk.
+    pub(super) fn refine(&mut self, units: &[Unit], evidence: &[Evidence]) {
+        const FEWEST: usize = 4;
+        let known: Vec<(usize, usize)> = evidence
+            .iter()
+            .enumerate()
+            .filter_map(|(at, unit)| Some((at, self.clear_colour(unit)?)))
+            .collect();
+        if self.may_unmix {
+            let lights: Vec<KnownLight> = known
+                .iter()
+                .filter_map(|&(at, colour)| self.known_light(&units[at], colour))
+                .collect();
+            self.unmixing = Unmixing::estimate(&lights);
+        }
+        let mut ratios = vec![[const { Vec::new() }; 3]; self.responses.len()];
+        for &(at, colour) in &known {
+            let ratio = self.weigh(&units[at]).ratio;
+            let finite = ratio.iter().enumerate().filter(|(_, r)| r.is_finite());
+            finite.for_each(|(c, &ratio)| ratios[colour][c].push(ratio));
+        }
+        let mut deviations = Vec::new();
+        for (response, ratios) in self.responses.iter_mut().zip(&mut ratios) {
+            for (r, ratios) in response.iter_mut().zip(ratios) {
+                if ratios.len() >= FEWEST {
+                    *r = median(ratios).max(0.0);
+                    deviations.extend(ratios.iter().map(|ratio| (ratio - *r).abs()));
+                }
+            }
+        }
+        if !deviations.is_empty() {
+            self.misfit = (1.483 * median(&mut deviations)).clamp(MISFIT_RANGE.0, MISFIT_RANGE.1);
+        }
+    }
+}
+
+fn median(values: &mut [f32]) -> f32 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+}

@@ -9,7 +9,7 @@ use image::RgbImage;
 use shared::pattern::{Axis, GridSettings, Pattern, Rgb};
 
 /// The thesis's test case II: red, yellow, magenta, green.
-const FIXED: [Rgb; 4] = [
+pub(crate) const FIXED: [Rgb; 4] = [
     Rgb([255, 0, 0]),
     Rgb([255, 255, 0]),
     Rgb([255, 0, 255]),
@@ -65,7 +65,7 @@ fn measured_error(wall: &PaintedWall, selection: &ColourSelection, colours: [Rgb
     wrong as f64 / all as f64
 }
 
-fn nearest(
+pub(crate) fn nearest(
     responses: &[[f64; 3]; 4],
     dark: &RgbImage,
     unary: &RgbImage,

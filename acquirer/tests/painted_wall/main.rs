@@ -1,4 +1,4 @@
-//! Choosing colours and the thesis's method, tested on painted walls.
+//! Choosing colours and the thesis's method, tested on painted walls and in a simulated room.
 
 #![allow(
     clippy::unwrap_used,
@@ -10,3 +10,5 @@ mod wall;
 mod colour_choice;
 
 mod thesis_method;
+
+mod simulated_rooms;

@@ -102,7 +102,8 @@ impl Scale {
             let value = self.high - (share + 0.5 / STEPS as f64) * (self.high - self.low);
             let ink = Ink::solid(self.colour(value));
             // each step reaches below the next one, so that no seam shows
-            drawing.rectangle([x, step_top], [w, y + h - step_top], ink);
+            let reach = (2.0 * h / STEPS as f64).min(y + h - step_top);
+            drawing.rectangle([x, step_top], [w, reach], ink);
         }
         let corners = [[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]];
         drawing.stroke(corners, unit, DARK);

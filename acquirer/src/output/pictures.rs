@@ -7,6 +7,7 @@
 use std::{collections::BTreeSet, fs, io::Cursor, path::Path};
 
 use image::{ImageFormat, RgbImage};
+use rayon::prelude::*;
 use shared::stage::Stage;
 
 use super::{
@@ -82,22 +83,34 @@ impl<'a> Pictures<'a> {
     /// # Errors
     /// [`OutputError`] with the path.
     pub(super) fn save(&self, dir: &Path) -> Result<(), OutputError> {
-        let mut written = BTreeSet::new();
         let figures = self.labels.iter().chain(&self.maps).chain(&self.views);
-        for named in figures {
-            let file = format!("{}.png", named.name);
-            save_png(&dir.join(&file), &named.figure.painted())?;
-            written.insert(file);
-        }
-        for (stage, pictures) in &self.stages {
-            for (k, picture) in pictures.iter().enumerate() {
-                let file = format!("{stage}-{:02}-{}.png", k + 1, picture.name);
-                save_png(&dir.join(&file), &picture.picture)?;
-                written.insert(file);
-            }
-        }
+        let figures: Vec<_> = figures
+            .map(|named| (format!("{}.png", named.name), &named.figure))
+            .collect();
+        let pictures: Vec<_> = self.stages.iter().flat_map(stage_files).collect();
+        figures
+            .par_iter()
+            .try_for_each(|(file, figure)| save_png(&dir.join(file), &figure.painted()))?;
+        pictures
+            .par_iter()
+            .try_for_each(|(file, picture)| save_png(&dir.join(file), picture))?;
+        let figures = figures.into_iter().map(|(file, _)| file);
+        let written = figures
+            .chain(pictures.into_iter().map(|(file, _)| file))
+            .collect();
         remove_others(dir, &written)
     }
+}
+
+/// The pictures of one stage with the names of their files.
+fn stage_files<'a>(
+    (stage, pictures): &(Stage, &'a [StagePicture]),
+) -> impl Iterator<Item = (String, &'a RgbImage)> {
+    let stage = *stage;
+    pictures.iter().enumerate().map(move |(k, picture)| {
+        let file = format!("{stage}-{:02}-{}.png", k + 1, picture.name);
+        (file, &picture.picture)
+    })
 }
 
 fn labels_named(stage: Stage, figure: Figure) -> Named {

@@ -230,5 +230,6 @@ fn distance_to_segment(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     } else {
         0.0
     };
-    (p[0] - a[0] - along * dx).hypot(p[1] - a[1] - along * dy)
+    let (x, y) = (p[0] - a[0] - along * dx, p[1] - a[1] - along * dy);
+    (x * x + y * y).sqrt()
 }

@@ -52,13 +52,22 @@ fn area(picture: &mut RgbImage, points: &[[f64; 2]], ink: Ink) {
         .filter(|(a, b)| a != b)
         .collect();
     let twice_area: f64 = sides.iter().map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
-    let turn = twice_area.signum();
-    cover(picture, points, 1.0, ink, |p| {
-        let inside = sides.iter().map(|(a, b)| {
+    // each side as its inward normal and its distance from the origin
+    let sides: Vec<[f64; 3]> = sides
+        .iter()
+        .map(|(a, b)| {
             let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-            turn * (dx * (p[1] - a[1]) - dy * (p[0] - a[0])) / dx.hypot(dy)
-        });
-        0.5 + inside.fold(f64::INFINITY, f64::min)
+            let scale = twice_area.signum() / dx.hypot(dy);
+            let (nx, ny) = (-dy * scale, dx * scale);
+            [nx, ny, nx * a[0] + ny * a[1]]
+        })
+        .collect();
+    cover(picture, points, 1.0, ink, |p| {
+        let mut inside = f64::INFINITY;
+        for [nx, ny, distance] in &sides {
+            inside = inside.min(nx * p[0] + ny * p[1] - distance);
+        }
+        inside + 0.5
     });
 }
 
@@ -94,7 +103,8 @@ fn cover(
 fn blend(pixel: &mut Pixel<u8>, ink: Ink, share: f64) {
     let share = share * ink.opacity;
     for (below, above) in pixel.0.iter_mut().zip(ink.colour.0) {
-        *below = (f64::from(*below) * (1.0 - share) + f64::from(above) * share).round() as u8;
+        // both are at most 255, so adding a half and cutting off rounds
+        *below = (f64::from(*below) * (1.0 - share) + f64::from(above) * share + 0.5) as u8;
     }
 }
 

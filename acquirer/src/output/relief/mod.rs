@@ -32,7 +32,7 @@ const FRAME_PX: [f64; 4] = [165.0, 30.0, 790.0, 790.0];
 /// The part of it for the colour bar: left, top, width, height.
 const BAR_PX: [f64; 4] = [965.0, 160.0, 230.0, 520.0];
 /// Radius of a measured vertex, and of a point along a line, in px.
-const DOT_PX: [f64; 2] = [2.0, 1.1];
+const DOT_PX: [f64; 2] = [1.7, 1.0];
 /// Dots take at most this share of the way to the next crossing, so that fine grids are not covered by them.
 const DOT_SHARE: f64 = 0.08;
 /// Cosine of the angle between two cells from which on their common edge is shown as an edge: 30 degrees.
@@ -262,7 +262,7 @@ fn pixel_at(picture: &RgbImage, [x, y]: [f64; 2]) -> [u8; 3] {
         let at = |x, y| f64::from(picture.get_pixel(x, y)[c]);
         let upper = at(left, top) * (1.0 - fx) + at(right, top) * fx;
         let lower = at(left, bottom) * (1.0 - fx) + at(right, bottom) * fx;
-        (upper * (1.0 - fy) + lower * fy).round() as u8
+        (upper * (1.0 - fy) + lower * fy + 0.5) as u8
     })
 }
 

@@ -115,16 +115,16 @@ impl Samples {
         weights: [f64; 3],
         (shade, colour): (f64, &dyn Fn([f64; 2]) -> [u8; 3]),
     ) {
-        let mix = |value: &dyn Fn(&Corner) -> f64| -> f64 {
-            corners.iter().zip(weights).map(|(c, w)| w * value(c)).sum()
-        };
-        let away = mix(&|c| c.place[2]) as f32;
+        let [a, b, c] = corners;
+        let [u, v, w] = weights;
+        let mix = |a: f64, b: f64, c: f64| u * a + v * b + w * c;
+        let away = mix(a.place[2], b.place[2], c.place[2]) as f32;
         let at = y as usize * self.width as usize + x as usize;
         if away >= self.away[at] {
             return;
         }
-        let normal = [0, 1, 2].map(|k| mix(&|c| c.normal[k]));
-        let value = [0, 1].map(|k| mix(&|c| c.value[k]));
+        let normal = [0, 1, 2].map(|k| mix(a.normal[k], b.normal[k], c.normal[k]));
+        let value = [0, 1].map(|k| mix(a.value[k], b.value[k], c.value[k]));
         let light = shade * light(normal);
         self.away[at] = away;
         self.colour[at] = colour(value).map(|v| (f64::from(v) * light).clamp(0.0, 255.0) as u8);
@@ -133,6 +133,9 @@ impl Samples {
     /// Puts what was drawn over a picture, each pixel the mean of its samples.
     pub(super) fn put_over(&self, picture: &mut RgbImage) {
         for (x, y, pixel) in picture.enumerate_pixels_mut() {
+            if !self.is_covered(x, y) {
+                continue;
+            }
             let mut sum = [0_u32; 3];
             for dy in 0..SAMPLES {
                 for dx in 0..SAMPLES {
@@ -151,6 +154,17 @@ impl Samples {
             let count = SAMPLES * SAMPLES;
             *pixel = Pixel(sum.map(|total| ((total + count / 2) / count) as u8));
         }
+    }
+}
+
+impl Samples {
+    /// Whether something was drawn into a pixel.
+    fn is_covered(&self, x: u32, y: u32) -> bool {
+        (0..SAMPLES).any(|dy| {
+            let begin = (y * SAMPLES + dy) as usize * self.width as usize + (x * SAMPLES) as usize;
+            let row = self.away.get(begin..begin + SAMPLES as usize);
+            row.is_some_and(|row| row.iter().any(|away| away.is_finite()))
+        })
     }
 }
 

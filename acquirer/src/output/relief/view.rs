@@ -18,8 +18,8 @@ impl Default for Viewpoint {
     /// A little to the right and above: sides and tops of things show, and little hides behind them.
     fn default() -> Self {
         Self {
-            yaw_rad: 0.55,
-            pitch_rad: 0.45,
+            yaw_rad: 0.5,
+            pitch_rad: 0.38,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use image::{Rgb as Pixel, RgbImage};
 use shared::{
     geometry::CameraPixel,
-    pattern::{Axis, Corner, GridIndex, GridSettings, RasterSize},
+    pattern::{Axis, Corner, GridIndex, GridSettings, RasterSize, Rgb},
     stage::Stage,
 };
 
@@ -13,6 +13,7 @@ use crate::{
     output::{OutputError, ResultPaths, write_results},
     pipeline::{
         Method, Projected, StagePicture, StageReading,
+        colour_choice::{ColourScore, ColourSelection, ColourSet, Separability, TileScore},
         grid::{DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LinePoint, LineTrack},
         result::ScanResult,
         shift::{THESIS_DEPTH_PER_PX, find_shifts},
@@ -189,4 +190,54 @@ pub(super) fn result(calibrated: bool) -> ScanResult {
 pub(super) fn write(folder: &ScanFolder, calibrated: bool) -> Result<ResultPaths, OutputError> {
     let [before, after] = Stage::BOTH.map(|stage| folder.captures(stage).unwrap());
     write_results(folder, [&before, &after], &result(calibrated), None)
+}
+
+/// A choice among four colours, with round numbers.
+pub(super) fn selection() -> ColourSelection {
+    let names = ["red", "yellow", "magenta", "green"];
+    let best = [[255, 0, 0], [255, 255, 0], [255, 0, 255], [0, 255, 0]].map(Rgb);
+    let set = ColourSet {
+        colours: best,
+        names: names.map(str::to_owned),
+        expected_error: 0.004,
+        least_distance: 4.3,
+    };
+    let table = |value: f64| vec![vec![value; 4]; 4];
+    let score = |(name, colour): (&str, Rgb)| ColourScore {
+        name: name.to_owned(),
+        colour,
+        recovered_px: 20_994,
+        share_of_expected: 0.58,
+        hue_histogram: (0..64).map(|bin| bin % 7).collect(),
+        response: [0.9, 0.1, 0.1],
+        line_error_px: 0.061,
+    };
+    let tile = |k: u32| TileScore {
+        x_px: k % 4 * 160,
+        y_px: k / 4 * 160,
+        width_px: 160,
+        height_px: 160,
+        lit: 0.9,
+        expected_error: (k != 5).then_some(0.02),
+        seen: if k == 5 { Vec::new() } else { vec![0.9; 4] },
+    };
+    ColourSelection {
+        best,
+        unary: best[0],
+        expected_error: 0.004,
+        measured: true,
+        changed: true,
+        colours: names.into_iter().zip(best).map(score).collect(),
+        separability: Separability {
+            error: table(0.015),
+            distance: table(4.3),
+            dark_error: vec![0.001; 4],
+            dark_distance: vec![6.0; 4],
+        },
+        ranking: vec![set.clone()],
+        thesis_choice: set.clone(),
+        current: Some(set),
+        tiles: (0..12).map(tile).collect(),
+        reasons: vec!["red is expected to be read well.".into()],
+    }
 }

@@ -3,3 +3,9 @@
 mod fixture;
 
 mod files;
+
+mod drawing;
+
+mod relief;
+
+mod report;

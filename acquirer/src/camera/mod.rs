@@ -29,6 +29,7 @@ pub use scenes::{load_scene, scene_file, scenes};
 pub use settings::CameraSettings;
 pub use simulated::SimulatedCamera;
 pub use spec::CameraSpec;
+pub use v4l2::Held;
 
 use std::time::{Duration, Instant};
 
@@ -73,6 +74,16 @@ pub trait Camera: Send {
                 return Ok(frame);
             }
         }
+    }
+
+    /// Holds exposure, gain, white balance and focus where the camera's automatics left them, so that
+    /// the same light gives the same bytes in every capture; gives the controls there are. They are
+    /// switched on again when the camera is closed; a camera that was unplugged has them on again too.
+    ///
+    /// # Errors
+    /// When the device cannot be opened a second time.
+    fn hold_automatics(&mut self) -> Result<Vec<Held>, CameraError> {
+        Ok(vec![])
     }
 
     /// Tells the source what is about to be seen.

@@ -81,6 +81,19 @@ impl Levels {
     }
 }
 
+/// Holds what the camera would change by itself, as far as it lets us.
+fn hold_automatics(rig: &mut Rig) -> Result<(), SessionError> {
+    for held in rig.camera.hold_automatics()? {
+        match held.refused {
+            None => tracing::info!("the camera's {} is held", held.name),
+            Some(reason) => {
+                tracing::warn!("the camera's {} can't be held: {reason}", held.name);
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Flashes black and white and looks for each change in the frames.
 ///
 /// # Errors
@@ -101,6 +114,9 @@ pub fn measure_latency(
         })
     };
     step(0);
+    // the camera's automatics settle on white; from here on the same light must give the same bytes
+    settled_level(rig, View::White, cancel)?;
+    hold_automatics(rig)?;
     let black = settled_level(rig, View::Black, cancel)?;
     step(1);
     let white = settled_level(rig, View::White, cancel)?;

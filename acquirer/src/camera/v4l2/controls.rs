@@ -35,20 +35,43 @@ const AUTOMATICS: [(&str, u32, Value); 6] = [
     ("backlight compensation", 0x0098_091c, Value::Integer(0)),
 ];
 
-/// Switches off what would change the picture by itself; gives the controls that the camera has.
-pub(super) fn hold_automatics(path: &Path) -> Result<Vec<Held>, CameraError> {
-    let device = Device::with_path(path).map_err(|error| CameraError::Setup {
+/// Switches off what would change the picture by itself; gives the controls that the camera has,
+/// and the values that switch them on again.
+pub(super) fn hold_automatics(path: &Path) -> Result<(Vec<Held>, Vec<Control>), CameraError> {
+    let device = open(path)?;
+    let (mut held, mut before) = (Vec::new(), Vec::new());
+    for (name, id, value) in AUTOMATICS {
+        let Ok(previous) = guarded(|| device.control(id)) else {
+            continue; // the camera has no such control
+        };
+        let refused = guarded(|| device.set_control(Control { id, value })).err();
+        if refused.is_none() {
+            before.push(previous);
+        }
+        held.push(Held {
+            name,
+            refused: refused.map(|error| error.to_string()),
+        });
+    }
+    Ok((held, before))
+}
+
+/// Gives the controls the values they had.
+pub(super) fn restore(path: &Path, before: Vec<Control>) -> Result<(), CameraError> {
+    let device = open(path)?;
+    for control in before {
+        let id = control.id;
+        if let Err(error) = guarded(|| device.set_control(control)) {
+            tracing::warn!(%error, "control {id:#x} of {} stays as it is", path.display());
+        }
+    }
+    Ok(())
+}
+
+fn open(path: &Path) -> Result<Device, CameraError> {
+    Device::with_path(path).map_err(|error| CameraError::Setup {
         path: path.into(),
         step: "opening it for its controls",
         reason: error.to_string(),
-    })?;
-    let held = AUTOMATICS.into_iter().filter_map(|(name, id, value)| {
-        guarded(|| device.control(id)).ok()?; // the camera has no such control
-        let refused = guarded(|| device.set_control(Control { id, value })).err();
-        Some(Held {
-            name,
-            refused: refused.map(|error| error.to_string()),
-        })
-    });
-    Ok(held.collect())
+    })
 }

@@ -22,6 +22,8 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use v4l::Control;
+
 use super::latest::{Condition, Nothing};
 use super::{Camera, CameraError, CameraSettings, CaptureFormat, Frame, Losses};
 use capture::{Opened, Shared};
@@ -37,6 +39,8 @@ pub struct V4l2Camera {
     /// Disconnected when the thread has ended.
     ended: Receiver<()>,
     last_given: Option<u64>,
+    /// Controls that were changed, with the values they had.
+    controls_before: Vec<Control>,
 }
 
 impl V4l2Camera {
@@ -81,22 +85,15 @@ impl V4l2Camera {
             thread: Some(thread),
             ended,
             last_given: None,
+            controls_before: vec![],
         })
     }
 
-    /// Holds exposure, gain, white balance and focus where the camera's automatics left them, so
-    /// that the same light gives the same bytes in every capture. What the camera lacks is left
-    /// out.
-    ///
-    /// # Errors
-    /// When the device cannot be opened a second time.
-    pub fn hold_automatics(&self) -> Result<Vec<Held>, CameraError> {
-        controls::hold_automatics(
-            &self
-                .shared
-                .path()
-                .unwrap_or_else(|| self.opened.info.path.clone()),
-        )
+    /// The camera's node now; it may have come back under another number.
+    fn path(&self) -> PathBuf {
+        self.shared
+            .path()
+            .unwrap_or_else(|| self.opened.info.path.clone())
     }
 }
 
@@ -118,6 +115,14 @@ impl Camera for V4l2Camera {
 
     fn losses(&self) -> Losses {
         self.shared.losses()
+    }
+
+    fn hold_automatics(&mut self) -> Result<Vec<Held>, CameraError> {
+        let (held, before) = controls::hold_automatics(&self.path())?;
+        if self.controls_before.is_empty() {
+            self.controls_before = before;
+        }
+        Ok(held)
     }
 
     fn next_frame(&mut self, timeout: Duration) -> Result<Frame, CameraError> {
@@ -161,6 +166,12 @@ impl Camera for V4l2Camera {
 
 impl Drop for V4l2Camera {
     fn drop(&mut self) {
+        let before = std::mem::take(&mut self.controls_before);
+        if !before.is_empty()
+            && let Err(error) = controls::restore(&self.path(), before)
+        {
+            tracing::debug!(%error, "the camera's automatics stay off");
+        }
         self.shared.stop();
         // Nothing is ever sent: an end shows as a disconnection, a time-out as a driver that hangs.
         let hangs = matches!(

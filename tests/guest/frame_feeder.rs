@@ -97,7 +97,13 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Tells the server that a frame has been taken.
+const TAKEN: u8 = b'.';
+
 /// Writes what comes over TCP until the other side ends.
+///
+/// Each frame is acknowledged, so that the server sends the newest one next instead of filling the
+/// network's buffers with old ones.
 fn pump(device: &Path, address: &str) -> anyhow::Result<()> {
     let stream = TcpStream::connect(address).with_context(|| format!("connecting to {address}"))?;
     let mut stream = BufReader::new(stream);
@@ -114,6 +120,10 @@ fn pump(device: &Path, address: &str) -> anyhow::Result<()> {
     let mut frame = vec![0; width as usize * height as usize * 2];
     while stream.read_exact(&mut frame).is_ok() {
         out.write_all(&frame).context("writing a frame")?;
+        stream
+            .get_mut()
+            .write_all(&[TAKEN])
+            .context("asking for the next frame")?;
     }
     Ok(())
 }

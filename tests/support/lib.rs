@@ -1,5 +1,7 @@
 //! Helpers for the tests of whole programs.
 
+pub mod frame_server;
+pub mod guest;
 mod truth;
 
 use std::{fs, path::Path};

@@ -1,0 +1,121 @@
+//! Programs in a throw-away guest machine with a real V4L2 device.
+//!
+//! Takes a device, programs, files and a shell script, gives what the script printed.
+//! `tests/guest/guest-test.sh` does the work; the first run on a machine fetches a kernel (about
+//! half a minute, 120 MB).
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, bail};
+use serde_json::Value;
+
+/// The kernel's camera in the guest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Device {
+    /// The kernel's test driver, which behaves as a webcam and can be unplugged.
+    Vivid,
+    /// v4l2loopback, which gives what another program writes into it.
+    Loopback,
+}
+
+/// A guest that has not run yet.
+#[derive(Clone, Debug)]
+pub struct Guest {
+    device: Device,
+    arguments: Vec<String>,
+    seconds: u32,
+}
+
+impl Guest {
+    /// A guest with a device as `/dev/video0`, which may run for ten minutes.
+    #[must_use]
+    pub fn with(device: Device) -> Self {
+        Self {
+            device,
+            arguments: vec![],
+            seconds: 600,
+        }
+    }
+
+    /// Puts a program and its libraries into the guest's `/bin`.
+    #[must_use]
+    pub fn program(self, path: impl AsRef<Path>) -> Self {
+        self.option("-x", path.as_ref())
+    }
+
+    /// Puts a file into the guest's `/`.
+    #[must_use]
+    pub fn file(self, path: impl AsRef<Path>) -> Self {
+        self.option("-f", path.as_ref())
+    }
+
+    fn option(mut self, name: &str, path: &Path) -> Self {
+        self.arguments
+            .extend([name.to_owned(), path.display().to_string()]);
+        self
+    }
+
+    /// Boots, runs the script with the guest's shell, and gives what it printed on both outputs.
+    ///
+    /// # Errors
+    /// When the guest cannot be made or dies, or the script fails; the error holds what was
+    /// printed.
+    pub fn run(self, script: &str) -> anyhow::Result<String> {
+        let runner = Path::new(env!("CARGO_MANIFEST_DIR")).join("guest/guest-test.sh");
+        let device = match self.device {
+            Device::Vivid => "vivid",
+            Device::Loopback => "loopback",
+        };
+        let output = Command::new(&runner)
+            .args(["-d", device, "-t", &self.seconds.to_string()])
+            .args(&self.arguments)
+            .args(["--", "sh", "-c", script])
+            .output()
+            .with_context(|| format!("cannot start {}", runner.display()))?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        if !output.status.success() {
+            bail!(
+                "{}: {}\n{text}\n{}",
+                runner.display(),
+                output.status,
+                String::from_utf8_lossy(&output.stderr)
+            );
+        }
+        Ok(text)
+    }
+}
+
+/// The lines of JSON between the line `== NAME` and the next one that begins with `==`.
+#[must_use]
+pub fn section(output: &str, name: &str) -> Vec<Value> {
+    let head = format!("== {name}");
+    let lines = output
+        .lines()
+        .skip_while(|line| line.trim_end() != head)
+        .skip(1);
+    lines
+        .take_while(|line| !line.starts_with("=="))
+        .filter_map(|line| serde_json::from_str(line).ok())
+        .collect()
+}
+
+/// A program of this workspace, which stands beside the test that runs.
+///
+/// # Errors
+/// When it has not been built.
+pub fn built_program(name: &str) -> anyhow::Result<PathBuf> {
+    let test = std::env::current_exe()?;
+    let folder = test
+        .parent()
+        .and_then(Path::parent)
+        .context("the test stands nowhere")?;
+    let program = folder.join(name);
+    if !program.is_file() {
+        bail!(
+            "{} has not been built: run `cargo build --workspace` first",
+            program.display()
+        );
+    }
+    Ok(program)
+}

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use shared::{
-    pattern::{Grid, Rgb},
-    simulation::{Scene, Space},
+    pattern::{Grid, Pattern, Rgb},
+    simulation::{Room, Scene, Space},
     stage::Stage,
 };
 
@@ -112,6 +112,11 @@ fn every_shipped_scene_shows_grid_and_object() {
     assert_eq!(count, 7, "scenes");
 }
 
+/// Numbers at the borders of what scene files may say.
+fn extreme() -> impl Strategy<Value = f64> {
+    prop::sample::select(vec![1e-6, 1e-3, 0.5, 1.0, 10.0, 1e3, 1e6])
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
@@ -125,5 +130,27 @@ proptest! {
         bytes.drain(at + 1..until);
         let text = String::from_utf8_lossy(&bytes).into_owned();
         drop(Scene::parse(&text, &scenes()));
+    }
+
+    #[test]
+    fn a_room_of_extreme_numbers_never_panics(v in prop::collection::vec(extreme(), 12), blur in 0.0..10.0, bayer: bool) {
+        let text = format!(
+            "title = \"extreme\"\n[camera]\nwidth = 17\nheight = 8\nfocal_px = [{}, {}]\n\
+             centre_px = [{}, -3.0]\ndistortion = [{}, -{}, 0.0, 0.1, 0.0]\nposition_mm = [0, 0, 0]\n\
+             looks_at_mm = [0, {}, 1000]\nexposure = {}\nfull_well_electrons = {}\nblur_px = {blur}\n\
+             bayer = {bayer}\njpeg_quality = 1\n[projector]\nwidth = 9\nheight = 8\nfocal_px = [{}, {}]\n\
+             centre_px = [0, 0]\nposition_mm = [{}, 0, 0]\nlooks_at_mm = [0, 0, 500]\ngamma = {}\nblur_px = {blur}\n\
+             [[solids]]\nname = \"ball\"\nposition_mm = [0, 0, 500]\nsphere = {{ radius_mm = {} }}\n\
+             surface = {{ noise = {{ colour = \"#ff0000\", size_mm = {} }}, gloss = 0.5, gloss_exponent = {} }}\n",
+            v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], v[11], v[0], v[1], v[2],
+        );
+        let scene = Scene::parse(&text, Path::new(".")).unwrap();
+        let light = scene.project(&Pattern::WHITE.raster(scene.projector_size()));
+        let room = Room::new(&scene, Stage::Object);
+        prop_assert_eq!(room.render(&light, 3).dimensions(), (17, 8));
+        let grid = Grid::coded(15, 15, 1, 1, &[Rgb::WHITE]).unwrap();
+        for vertex in room.truth(&grid, scene.projector_size()) {
+            prop_assert!(vertex.camera.x.is_finite() && vertex.point_mm.z.is_finite());
+        }
     }
 }

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::{
     camera::CameraSettings,
-    pipeline::{PipelineSettings, shift::ShiftSettings},
+    pipeline::{Method, PipelineSettings, shift::ShiftSettings},
     session::{LatencySettings, RecordSettings},
 };
 
@@ -68,5 +68,10 @@ impl Config {
             path: path.to_owned(),
             source: Box::new(source),
         })
+    }
+
+    /// Takes the method that the command line asks for, if it does.
+    pub fn set_method(&mut self, method: Option<Method>) {
+        self.pipeline.method = method.unwrap_or(self.pipeline.method);
     }
 }

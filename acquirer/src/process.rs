@@ -121,7 +121,7 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         object: None,
         shifts: Vec::new(),
         surface: Vec::new(),
-        settings: serde_json::to_value(&config.pipeline).unwrap_or_default(),
+        settings: serde_json::to_value(config.pipeline).unwrap_or_default(),
     };
     lap("read background", &mut times);
     result.object = read(Stage::Object, &object)?;

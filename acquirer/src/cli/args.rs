@@ -22,7 +22,7 @@ use crate::{camera::CameraSpec, pipeline::Method};
 
 Exit codes: 0 done, 1 failed, 2 wrong use. RUST_LOG=info or debug tells more."
 )]
-pub struct Args {
+pub(super) struct Args {
     /// Without a command: the window.
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -33,7 +33,7 @@ pub struct Args {
 
 /// `acquirer` without a command.
 #[derive(Debug, ClapArgs)]
-pub struct WindowArgs {
+pub(super) struct WindowArgs {
     /// Which rig.
     #[command(flatten)]
     pub rig: RigArgs,
@@ -47,7 +47,7 @@ pub struct WindowArgs {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(super) enum Command {
     /// List the cameras with their formats, sizes and rates.
     Cameras(CamerasArgs),
     /// Show every colour of the palette on the scene, pick the best four and the unary colour, and send them to
@@ -83,7 +83,7 @@ pub struct RigArgs {
 
 /// `acquirer cameras`.
 #[derive(Debug, ClapArgs)]
-pub struct CamerasArgs {
+pub(super) struct CamerasArgs {
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
@@ -94,7 +94,7 @@ pub struct CamerasArgs {
 #[command(after_help = "Examples:
   acquirer colours --camera sim:coloured-room
   acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0 --json --keep")]
-pub struct ColoursArgs {
+pub(super) struct ColoursArgs {
     /// Which rig.
     #[command(flatten)]
     pub rig: RigArgs,
@@ -116,7 +116,7 @@ pub struct ColoursArgs {
   acquirer scan --out cup --camera /dev/video0 --pick-colours --calibration rig.json
   acquirer scan --out cube --camera sim:cube --json
   acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'")]
-pub struct ScanArgs {
+pub(super) struct ScanArgs {
     /// Which rig.
     #[command(flatten)]
     pub rig: RigArgs,
@@ -132,9 +132,9 @@ pub struct ScanArgs {
     /// A command that puts the object into the scene (a turntable, a robot), instead of asking a person.
     #[arg(long, value_name = "COMMAND")]
     pub place_object: Option<String>,
-    /// How to read the scan.
-    #[arg(long, value_enum, default_value_t)]
-    pub method: MethodArg,
+    /// How to read the scan; likelihood unless the configuration says otherwise.
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArg>,
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
@@ -146,13 +146,13 @@ pub struct ScanArgs {
   acquirer process cup
   acquirer process cup --json
   acquirer process cup --method thesis --calibration rig.json")]
-pub struct ProcessArgs {
+pub(super) struct ProcessArgs {
     /// Scan folder, with scan.json in it.
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// How to read the scan.
-    #[arg(long, value_enum, default_value_t)]
-    pub method: MethodArg,
+    /// How to read the scan; likelihood unless the configuration says otherwise.
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArg>,
     /// Calibration of the rig, instead of the scan's own.
     #[arg(long, value_name = "FILE")]
     pub calibration: Option<PathBuf>,
@@ -170,7 +170,7 @@ pub struct ProcessArgs {
   acquirer demo
   acquirer demo --scene cylinder --out /tmp/cylinder
   acquirer demo --scene coloured-room --json")]
-pub struct DemoArgs {
+pub(super) struct DemoArgs {
     /// The room: a file's name in config/scenes without .toml, or a path.
     #[arg(long, value_name = "NAME", default_value = "cube")]
     pub scene: String,
@@ -183,9 +183,9 @@ pub struct DemoArgs {
     /// Open the real windows: the projector's picture and the acquirer.
     #[arg(long)]
     pub gui: bool,
-    /// How to read the scan.
-    #[arg(long, value_enum, default_value_t)]
-    pub method: MethodArg,
+    /// How to read the scan; likelihood unless the configuration says otherwise.
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArg>,
     /// Configuration file; the shipped config/acquirer.toml lists every key.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -199,7 +199,7 @@ pub struct DemoArgs {
 #[command(after_help = "Examples:
   acquirer draw cup/results/shifts.csv cup.png
   acquirer draw tests/recorded/appendix-c.csv cube.png --object cube")]
-pub struct DrawArgs {
+pub(super) struct DrawArgs {
     /// shifts.csv of a scan, or a table in the form of the thesis's Appendix C.
     #[arg(value_name = "TABLE")]
     pub table: PathBuf,
@@ -212,10 +212,9 @@ pub struct DrawArgs {
 }
 
 /// `--method`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum MethodArg {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum MethodArg {
     /// Sub-pixel lines, likelihood colours, maximum-likelihood decoding.
-    #[default]
     Likelihood,
     /// The thesis of 2001: hue/saturation background, masked threshold, Sobel edges, 2 x 2 windows.
     Thesis,

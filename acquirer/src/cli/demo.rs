@@ -29,7 +29,7 @@ use crate::{
 
 pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = Config::load(args.config.as_deref())?;
-    config.pipeline.method = args.method.into();
+    config.set_method(args.method.map(Into::into));
     let scene = load_scene(&args.scene)?;
     let mut console = Console::new();
     let program = match &args.projector {

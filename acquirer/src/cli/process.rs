@@ -14,7 +14,7 @@ use crate::{
 
 pub(super) fn run(args: &ProcessArgs) -> anyhow::Result<()> {
     let mut config = Config::load(args.config.as_deref())?;
-    config.pipeline.method = args.method.into();
+    config.set_method(args.method.map(Into::into));
     let mut folder = ScanFolder::open(&args.dir)?;
     if let Some(path) = &args.calibration {
         let calibration = read_calibration(path)?;

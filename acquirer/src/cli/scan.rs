@@ -28,7 +28,7 @@ use crate::{
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = Config::load(args.rig.config.as_deref())?;
-    config.pipeline.method = args.method.into();
+    config.set_method(args.method.map(Into::into));
     let calibration = args
         .calibration
         .as_deref()

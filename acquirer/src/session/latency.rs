@@ -111,7 +111,7 @@ pub fn measure_latency(
             what: "measuring the latency".into(),
             done,
             of,
-        })
+        });
     };
     step(0);
     // the camera's automatics settle on white; from here on the same light must give the same bytes

@@ -1,4 +1,4 @@
-//! Light at some 20 000 places of the scene, in linear units.
+//! Light at some 10 000 places of the scene, in linear units.
 //!
 //! Takes the frames of a trial, gives for each place of a jittered lattice the light with the projector
 //! black, the light that white adds, and the light that each shot adds; 1 is the camera's full scale,
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::{ColourTrial, Shots, TILES};
 
 /// About how many places are looked at.
-const PLACES: f64 = 20_000.0;
+const PLACES: f64 = 10_000.0;
 /// A byte from which a channel counts as clipped.
 const CLIPPED: u8 = 250;
 

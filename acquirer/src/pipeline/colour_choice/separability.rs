@@ -230,6 +230,7 @@ fn squared_distances(place: &Place, responses: &Responses, noise: NoiseLaw) -> P
             let shot = noise.variance(place.dark[c] + mean[k]) + r * r * reference;
             variance[k] = responses.excess * shot + (LIGHT_ERROR * mean[k]).powi(2);
         }
+        // both halves of the square, so that the compiler takes several b at a time
         for a in 0..CLASSES {
             for b in 0..CLASSES {
                 let apart = mean[a] - mean[b];

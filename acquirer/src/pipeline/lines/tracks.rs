@@ -93,8 +93,13 @@ impl Growing {
         self.start + self.across.len() - 1
     }
 
+    /// From the mean of the last few points, since near a crossing single ones drift aside.
     fn predicted(&self, along: usize) -> f32 {
-        self.across[self.across.len() - 1] + self.slope * (along - self.last()) as f32
+        const LAST: usize = 6;
+        let last = &self.across[self.across.len().saturating_sub(LAST)..];
+        let n = last.len() as f32;
+        let from_mean = (along - self.last()) as f32 + 0.5 * (n - 1.0);
+        last.iter().sum::<f32>() / n + self.slope * from_mean
     }
 
     fn push(&mut self, along: usize, ridge: &Ridge) {
@@ -113,7 +118,7 @@ impl Growing {
 
     /// Least-squares slope of the last points; 0 until there are enough.
     fn recent_slope(&self) -> f32 {
-        const RECENT: usize = 12;
+        const RECENT: usize = 24;
         const FEWEST: usize = 4;
         let recent = &self.across[self.across.len().saturating_sub(RECENT)..];
         let n = recent.len();
@@ -136,14 +141,14 @@ const GATE_PER_GAP_PX: f32 = 0.1;
 /// Steepest sideways step per picture row: 45 degrees and a little.
 const STEEPEST: f32 = 1.3;
 
-/// Links ridges into tracks; a track needs two and a half line widths of strong ridges, at least five.
+/// Links ridges into tracks; a track needs one and a half line widths of strong ridges, at least five.
 pub(super) fn follow(
     ridges: &[Vec<Ridge>],
     width_px: f64,
     gap_px: f64,
     settings: &LineSettings,
 ) -> Vec<Track> {
-    let fewest = (2.5 * width_px).max(5.0) as usize;
+    let fewest = (1.5 * width_px).max(5.0) as usize;
     let longest_gap = gap_px.max(1.0) as usize;
     let gate = settings.gate_px.clamp(0.5, 5.0) as f32;
     let mut growing: Vec<Growing> = Vec::new();

@@ -1,0 +1,173 @@
+//! The whole rig with a real camera device: the acquirer in a guest machine with its own `/dev/video0`, the
+//! projector on this machine, and between them the wire and the light of a simulated room. The recording is
+//! then read on this machine, since the guest's emulated processor would take minutes for it.
+//!
+//! ```text
+//! projector --notices--> frame server --frames over TCP--> frame_feeder -> v4l2loopback -> acquirer scan
+//!     ^--------------------------- requests over TCP, guest to host ---------------------------'
+//! ```
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::io::{BufRead, BufReader};
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use acquirer::camera::load_scene;
+use acquirer::projector_link::{LinkSettings, ProjectorLink};
+use acquirer::score::{ReadVertex, score_stage};
+use rig_tests::frame_server::FrameServer;
+use rig_tests::guest::{Device, Guest, built_program, section};
+use shared::geometry::CameraPixel;
+use shared::pattern::{Corner, GridIndex, RasterSize};
+use shared::protocol::Role;
+use shared::simulation::Room;
+use shared::stage::Stage;
+
+/// Frames a second: few, since the guest decodes each in software emulation.
+const RATE: u32 = 5;
+const RASTER: RasterSize = RasterSize {
+    width: 1024,
+    height: 768,
+};
+
+/// The projector program on a free port; it ends with the test.
+struct Projector {
+    child: Child,
+    address: String,
+}
+
+impl Projector {
+    fn start() -> Self {
+        let mut child = Command::new(built_program("projector").unwrap())
+            .args(["--headless", "1024x768", "--listen", "127.0.0.1:0"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        let address = line
+            .trim()
+            .strip_prefix("listening on ")
+            .unwrap()
+            .to_owned();
+        Self { child, address }
+    }
+
+    fn port(&self) -> &str {
+        self.address.rsplit(':').next().unwrap()
+    }
+}
+
+impl Drop for Projector {
+    fn drop(&mut self) {
+        self.child.kill().ok();
+        self.child.wait().ok();
+    }
+}
+
+/// Takes what the guest sends over TCP as a tar archive and unpacks it into a folder.
+fn take_archive(listener: &TcpListener, into: &Path) {
+    let (stream, _) = listener.accept().unwrap();
+    let mut tar = Command::new("tar")
+        .arg("-x")
+        .current_dir(into)
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::io::copy(&mut &stream, &mut tar.stdin.take().unwrap()).unwrap();
+    assert!(tar.wait().unwrap().success());
+}
+
+/// The vertices of a stage in `vertices.csv`.
+fn vertices(results: &Path, stage: Stage) -> Vec<ReadVertex> {
+    let table = std::fs::read_to_string(results.join("vertices.csv")).unwrap();
+    let rows = table
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>());
+    let rows = rows.filter(|row| row[0] == stage.name());
+    rows.map(|row| {
+        let index = GridIndex {
+            row: row[1].parse().unwrap(),
+            column: row[2].parse().unwrap(),
+        };
+        let corner = Corner::ALL
+            .into_iter()
+            .find(|corner| corner.name() == row[3])
+            .unwrap();
+        (
+            index,
+            corner,
+            CameraPixel::new(row[4].parse().unwrap(), row[5].parse().unwrap()),
+        )
+    })
+    .collect()
+}
+
+/// Records a scan in the guest; gives what the guest printed, the folder then lies in `into`.
+fn scan_in_a_guest(projector: &Projector, room: &FrameServer, into: &Path) -> String {
+    let archive = TcpListener::bind("127.0.0.1:0").unwrap();
+    let script = format!(
+        r#"frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & wait-fed
+echo "== cameras"; acquirer cameras --json
+echo "== scan"
+acquirer scan --projector 10.0.2.2:{projector} --camera /dev/video0 --out /tmp/scan \
+    --place-object 'echo object | nc 10.0.2.2 {stages} | grep done' >/tmp/log 2>&1 & scan=$!
+while ! grep -q "recorded object" /tmp/log && kill -0 $scan 2>/dev/null; do sleep 0.5; done
+cat /tmp/log
+tar -c -C /tmp scan | nc 10.0.2.2 {archive}
+grep -q "recorded object" /tmp/log"#,
+        frames = room.frame_port(),
+        stages = room.stage_port(),
+        projector = projector.port(),
+        archive = archive.local_addr().unwrap().port(),
+    );
+    let guest = Guest::with(Device::Loopback)
+        .program(env!("CARGO_BIN_EXE_acquirer"))
+        .program(built_program("frame_feeder").unwrap());
+    let into = into.to_owned();
+    let taking = std::thread::spawn(move || take_archive(&archive, &into));
+    let output = guest
+        .run(&script)
+        .unwrap_or_else(|error| panic!("{error:#}"));
+    taking.join().unwrap();
+    output
+}
+
+#[test]
+fn a_scan_through_a_real_camera_device_reads_the_room_right() {
+    let projector = Projector::start();
+    let room = FrameServer::start("cube", &projector.address, RATE).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let output = scan_in_a_guest(&projector, &room, folder.path());
+    let cameras = &section(&output, "cameras")[0]["cameras"];
+    assert_eq!(cameras[0]["path"], "/dev/video0", "{output}");
+
+    let scan = folder.path().join("scan");
+    let process = Command::new(env!("CARGO_BIN_EXE_acquirer"))
+        .arg("process")
+        .arg(&scan)
+        .output()
+        .unwrap();
+    assert!(
+        process.status.success(),
+        "{}",
+        String::from_utf8_lossy(&process.stderr)
+    );
+    let link = LinkSettings::new(&projector.address, "test", Role::Watcher);
+    let grid = ProjectorLink::connect(&link)
+        .unwrap()
+        .first_state()
+        .grid
+        .clone();
+    let scene = load_scene("cube").unwrap();
+    for stage in Stage::BOTH {
+        let truth = Room::new(&scene, stage).truth(&grid.coded, RASTER);
+        let score = score_stage(&truth, &vertices(&scan.join("results"), stage), stage);
+        assert_eq!(score.wrong, 0, "{}", score.sentence());
+        assert!(score.coverage_percent > 80.0, "{}", score.sentence());
+    }
+}

@@ -2,11 +2,55 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use std::{fs, process::Command};
+use std::{
+    fs,
+    io::{BufRead, BufReader},
+    path::Path,
+    process::{Child, Command, Stdio},
+    sync::{Mutex, PoisonError},
+};
 
 use serde_json::Value;
 
+/// A projector program without a window; it ends with this value.
+struct Projector {
+    child: Child,
+    address: String,
+}
+
+impl Projector {
+    fn start() -> Self {
+        let program = Path::new(env!("CARGO_BIN_EXE_acquirer")).with_file_name("projector");
+        let mut child = Command::new(program)
+            .args(["--headless", "1024x768", "--listen", "127.0.0.1:0"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        let address = line
+            .trim()
+            .strip_prefix("listening on ")
+            .unwrap()
+            .to_owned();
+        Self { child, address }
+    }
+}
+
+impl Drop for Projector {
+    fn drop(&mut self) {
+        self.child.kill().and_then(|()| self.child.wait()).unwrap();
+    }
+}
+
+/// One rig at a time: a simulated camera wants a processor of its own, as a real one would have.
+static RIG: Mutex<()> = Mutex::new(());
+
 fn demo(scene: &str) -> (tempfile::TempDir, Value) {
+    let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("scan");
     let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
@@ -70,6 +114,34 @@ fn the_demo_reads_the_cylinder_without_a_wrong_label() {
 #[test]
 fn the_demo_reads_the_coloured_room_without_a_wrong_label() {
     check("coloured-room", 75.0);
+}
+
+#[test]
+fn a_recording_replayed_gives_the_same_captures_and_labels() {
+    let (dir, figures) = demo("cube");
+    let scan = dir.path().join("scan");
+    let again = dir.path().join("again");
+    let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
+    let projector = Projector::start();
+    let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
+        .args(["scan", "--json", "--projector", &projector.address])
+        .args(["--camera", &format!("replay:{}", scan.display())])
+        .arg("--out")
+        .arg(&again)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let replayed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        replayed["summary"]["object"]["crossings_labelled"],
+        figures["summary"]["object"]["crossings_labelled"]
+    );
+    let bytes = |dir: &Path| fs::read(dir.join("object/unary-00.png")).unwrap();
+    assert!(bytes(&scan) == bytes(&again));
 }
 
 #[test]

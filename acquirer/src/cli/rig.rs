@@ -1,7 +1,12 @@
 //! Opens the rig that the command line names.
 
+use std::path::Path;
+
 use anyhow::bail;
-use shared::protocol::Role;
+use shared::{
+    pattern::{Axis, GridSettings},
+    protocol::Role,
+};
 
 use super::args::RigArgs;
 use crate::{
@@ -9,6 +14,7 @@ use crate::{
     config::Config,
     pipeline::Projected,
     projector_link::{LinkSettings, ProjectorLink},
+    scan::ScanFolder,
     session::Rig,
 };
 
@@ -24,8 +30,24 @@ pub fn open_rig(args: &RigArgs, config: &Config) -> anyhow::Result<Rig> {
         Some(spec) => spec.clone(),
         None => first_camera()?,
     };
+    if let CameraSpec::Replay(dir) = &spec {
+        show_recorded_grid(&projector, dir)?;
+    }
     let camera = open_camera(&spec, &config.camera, Some(&args.projector))?;
     Ok(Rig::new(projector, camera))
+}
+
+/// Gives the projector the grid of a recording that is replayed, so that what is recorded now is told rightly.
+/// A folder of plain pictures has none.
+fn show_recorded_grid(projector: &ProjectorLink, dir: &Path) -> anyhow::Result<()> {
+    let Ok(folder) = ScanFolder::open(dir) else {
+        return Ok(());
+    };
+    let GridSettings { coded, unary } = &folder.manifest().pattern;
+    projector.set_lines(coded.rows(), coded.columns())?;
+    projector.set_widths(coded.width_px(Axis::Row), coded.width_px(Axis::Column))?;
+    projector.set_colours(coded.colours(), *unary)?;
+    Ok(())
 }
 
 fn first_camera() -> anyhow::Result<CameraSpec> {

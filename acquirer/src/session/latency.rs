@@ -8,10 +8,10 @@
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use shared::protocol::View;
+use shared::{protocol::View, stage::Stage};
 
 use super::{Cancel, Progress, Report, Rig, SessionError, rig::FRAME_TIMEOUT};
-use crate::{camera::Frame, clock::monotonic_now};
+use crate::{camera::Frame, clock::monotonic_now, scan::Shows};
 
 /// Longest time that one change is waited for: far beyond the lag of any projector.
 const LOST: Duration = Duration::from_secs(2);
@@ -115,11 +115,11 @@ pub fn measure_latency(
     };
     step(0);
     // the camera's automatics settle on white; from here on the same light must give the same bytes
-    settled_level(rig, View::White, cancel)?;
+    settled_level(rig, true, cancel)?;
     hold_automatics(rig)?;
-    let black = settled_level(rig, View::Black, cancel)?;
+    let black = settled_level(rig, false, cancel)?;
     step(1);
-    let white = settled_level(rig, View::White, cancel)?;
+    let white = settled_level(rig, true, cancel)?;
     let levels = Levels { black, white };
     if white - black < MIN_CONTRAST {
         return Err(SessionError::NotSeen {
@@ -156,8 +156,7 @@ fn one_change(
     levels: &Levels,
     cancel: &Cancel,
 ) -> Result<f64, SessionError> {
-    rig.projector
-        .show(if to_white { View::White } else { View::Black })?;
+    show_flat(rig, to_white)?;
     let word = monotonic_now();
     loop {
         let (frame, brightness) = next_brightness(rig, cancel)?;
@@ -173,9 +172,21 @@ fn one_change(
     }
 }
 
-/// Mean brightness once a view has been up for a while.
-fn settled_level(rig: &mut Rig, view: View, cancel: &Cancel) -> Result<f64, SessionError> {
+/// Shows white or black all over.
+fn show_flat(rig: &mut Rig, white: bool) -> Result<(), SessionError> {
+    let (view, shows) = if white {
+        (View::White, Shows::White)
+    } else {
+        (View::Black, Shows::Black)
+    };
+    rig.camera.expect(shows, Stage::Background);
     rig.projector.show(view)?;
+    Ok(())
+}
+
+/// Mean brightness once a view has been up for a while.
+fn settled_level(rig: &mut Rig, white: bool, cancel: &Cancel) -> Result<f64, SessionError> {
+    show_flat(rig, white)?;
     let until = monotonic_now() + SETTLE;
     let (mut sum, mut frames) = (0.0, 0);
     while frames < LEVEL_FRAMES {

@@ -1,4 +1,4 @@
-//! From the frames of a trial to the sets of four in order: what takes less than 10 ms at 640 x 480.
+//! From the frames of a trial to the sets of four in order; its time is measured by the benchmark `colour_choice`.
 
 use shared::pattern::Rgb;
 

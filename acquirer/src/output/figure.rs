@@ -35,22 +35,43 @@ impl Figure {
         let enlarge = LEAST_WIDTH_PX.div_ceil(width.max(1)).clamp(1, 4);
         let mut paper =
             RgbImage::from_pixel(width * enlarge, height * enlarge, Pixel(PAPER.colour.0));
-        let below = if enlarge == 1 {
-            self.picture.clone()
-        } else {
-            let (w, h) = self.picture.dimensions();
-            imageops::resize(
-                &self.picture,
-                w * enlarge,
-                h * enlarge,
-                imageops::FilterType::Triangle,
-            )
-        };
+        let below = enlarged(&self.picture, enlarge);
         imageops::replace(&mut paper, &below, 0, 0);
         self.drawing
             .paint(&mut paper, self.px_per_unit * f64::from(enlarge));
         paper
     }
+}
+
+/// The picture enlarged by a whole factor, straight between the middles of its pixels.
+fn enlarged(picture: &RgbImage, factor: u32) -> RgbImage {
+    // the two pixels on either side of a new pixel, and the share of the second in parts of 2 x factor
+    let parts = 2 * factor;
+    let taps = |length: u32| -> Vec<(u32, u32, u32)> {
+        (0..length * factor)
+            .map(|k| {
+                let place = (2 * k + 1).saturating_sub(factor);
+                let low = (place / parts).min(length - 1);
+                (low, (low + 1).min(length - 1), place % parts)
+            })
+            .collect()
+    };
+    let (columns, rows) = (taps(picture.width()), taps(picture.height()));
+    RgbImage::from_fn(
+        picture.width() * factor,
+        picture.height() * factor,
+        |x, y| {
+            let (left, right, u) = columns[x as usize];
+            let (upper, lower, v) = rows[y as usize];
+            let corners = [(left, upper), (right, upper), (left, lower), (right, lower)];
+            let [a, b, c, d] = corners.map(|(x, y)| picture.get_pixel(x, y).0.map(u32::from));
+            Pixel([0, 1, 2].map(|k| {
+                let above = a[k] * (parts - u) + b[k] * u;
+                let below = c[k] * (parts - u) + d[k] * u;
+                ((above * (parts - v) + below * v + parts * parts / 2) / (parts * parts)) as u8
+            }))
+        },
+    )
 }
 
 /// A picture in shades of grey, made darker, so that colours drawn over it stand out; `light` from 0 to 1.

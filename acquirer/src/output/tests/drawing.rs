@@ -5,6 +5,7 @@ use image::{Rgb as Pixel, RgbImage};
 use crate::output::{
     colour_map::{Scale, tick_label, ticks, viridis},
     drawing::{Anchor, Drawing, Ink, Text, simplified},
+    figure::Figure,
 };
 
 const RED: Ink = Ink::solid([255, 0, 0]);
@@ -117,4 +118,19 @@ fn ticks_are_round_numbers() {
     assert!(ticks(1.0, 1.0, 5).is_empty() && ticks(f64::NAN, 1.0, 5).is_empty());
     assert_eq!(tick_label(0.5, 2.0), "0.5");
     assert_eq!(tick_label(-0.0, 100.0), "0");
+}
+
+#[test]
+fn a_small_picture_is_enlarged_without_steps_and_keeps_its_ends() {
+    let figure = Figure {
+        picture: RgbImage::from_fn(2, 3, |x, _| Pixel([200 * x as u8; 3])),
+        px_per_unit: 1.0,
+        drawing: Drawing::new(2.0, 3.0),
+    };
+    let painted = figure.painted();
+    assert_eq!(painted.dimensions(), (8, 12));
+    for row in painted.rows() {
+        let levels: Vec<u8> = row.map(|pixel| pixel[0]).collect();
+        assert_eq!(levels, [0, 0, 25, 75, 125, 175, 200, 200]);
+    }
 }

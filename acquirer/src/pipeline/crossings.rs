@@ -427,13 +427,14 @@ impl Curve {
         let mut curve = Self::straight(points)?;
         for _ in 0..2 {
             curve = Self::straight(points)?;
-            if may_bend && points.len() >= FEWEST_TO_BEND {
-                if let Some(bent) = Self::bent(points) {
-                    let (before, after) = (curve.misfit(points), bent.misfit(points));
-                    let spare = (points.len() - 3) as f64;
-                    if before - after > BEND_EVIDENCE * (after / spare + 1e-6) {
-                        curve = bent;
-                    }
+            if may_bend
+                && points.len() >= FEWEST_TO_BEND
+                && let Some(bent) = Self::bent(points)
+            {
+                let (before, after) = (curve.misfit(points), bent.misfit(points));
+                let spare = (points.len() - 3) as f64;
+                if before - after > BEND_EVIDENCE * (after / spare + 1e-6) {
+                    curve = bent;
                 }
             }
             let mut off: Vec<f64> = points.iter().map(|p| (p.1 - curve.at(p.0)).abs()).collect();

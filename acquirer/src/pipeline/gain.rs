@@ -109,11 +109,10 @@ impl LineLight {
         if self.white_is_measured || colour.iter().any(|&share| share < LEAST) {
             return;
         }
-        for c in 0..3 {
-            let pixels = self.white[c].values_mut().iter_mut();
-            pixels
-                .zip(unary.above_black[c].values())
-                .for_each(|(white, &light)| *white = (light / colour[c]).max(0.0));
+        let channels = self.white.iter_mut().zip(&unary.above_black).zip(colour);
+        for ((white, light), share) in channels {
+            let pixels = white.values_mut().iter_mut().zip(light.values());
+            pixels.for_each(|(white, &light)| *white = (light / share).max(0.0));
         }
         let bits = self.clipped.iter_mut().zip(&unary.clipped);
         bits.for_each(|(bit, other)| *bit |= other);

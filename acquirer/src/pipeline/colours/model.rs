@@ -115,8 +115,8 @@ impl<'a> Model<'a> {
         let brightest = sample.full.iter().copied().fold(0.0, f32::max);
         let leak = LEAK * brightest;
         let (mut ee, mut em, mut mm, mut logs) = (0.0, 0.0, 0.0, 0.0);
-        for c in 0..3 {
-            let model = sample.full[c] * response[c];
+        for (c, response) in response.into_iter().enumerate() {
+            let model = sample.full[c] * response;
             let error = sample.light[c] - model;
             let misfit = self.misfit * sample.full[c];
             let variance = sample.variance[c] + misfit * misfit + leak * leak;

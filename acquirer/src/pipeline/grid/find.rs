@@ -86,7 +86,7 @@ pub fn find_grid(
         links: &links,
     };
     let (orientation, labels) = reading.best_orientation(&patches);
-    reading.finish(orientation, labels)
+    reading.finish(orientation, &labels)
 }
 
 struct Reading<'a> {
@@ -131,7 +131,7 @@ impl Reading<'_> {
         )
     }
 
-    fn finish(&self, orientation: Orientation, labels: Labels) -> DecodedGrid {
+    fn finish(&self, orientation: Orientation, labels: &Labels) -> DecodedGrid {
         let crossings = self.observed.crossings;
         let placement = Placement {
             grid: &self.projected.pattern.coded,

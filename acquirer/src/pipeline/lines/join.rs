@@ -15,7 +15,7 @@ const SLOPE_DIFFERENCE: f64 = 0.35;
 
 /// Joins pieces whose gap is at most `gap_px`, or that overlap by as much, where their prolongations agree
 /// within `gate_px`. `disturbed_px` points at each end are not trusted.
-pub(super) fn join(tracks: Vec<Track>, gap_px: f64, disturbed_px: f64, gate_px: f64) -> Vec<Track> {
+pub(super) fn join(tracks: &[Track], gap_px: f64, disturbed_px: f64, gate_px: f64) -> Vec<Track> {
     let skip = disturbed_px.max(0.0) as usize;
     let heads: Vec<Option<Prolongation>> =
         tracks.iter().map(|t| Prolongation::head(t, skip)).collect();
@@ -49,7 +49,7 @@ pub(super) fn join(tracks: Vec<Track>, gap_px: f64, disturbed_px: f64, gate_px: 
             has_previous[b] = true;
         }
     }
-    chains(&tracks, &next, &has_previous, skip)
+    chains(tracks, &next, &has_previous, skip)
 }
 
 fn chains(

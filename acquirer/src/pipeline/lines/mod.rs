@@ -105,7 +105,7 @@ pub fn find_lines(image: &GainImage, shrink: f64, settings: &LineSettings) -> Li
         let pieces = tracks::follow(&ridges, width_px, gap_px, settings);
         let disturbed_px = 0.5 * other_width_px + 2.0;
         Family {
-            tracks: join::join(pieces, gap_px, disturbed_px, settings.gate_px),
+            tracks: join::join(&pieces, gap_px, disturbed_px, settings.gate_px),
             width_px,
         }
     };

@@ -1,6 +1,6 @@
 //! The whole rig with a real camera device: the acquirer in a guest machine with its own `/dev/video0`, the
-//! projector on this machine, and between them the wire and the light of a simulated room. The recording is
-//! then read on this machine, since the guest's emulated processor would take minutes for it.
+//! projector on this machine, and between them the wire and the light of a simulated room. The guest runs all of
+//! `acquirer scan`, from the latency to the report; its figures and labels are checked here against the room.
 //!
 //! ```text
 //! projector --notices--> frame server --frames over TCP--> frame_feeder -> v4l2loopback -> acquirer scan
@@ -111,15 +111,19 @@ fn vertices(results: &Path, stage: Stage) -> Vec<ReadVertex> {
 fn scan_in_a_guest(projector: &Projector, room: &FrameServer, into: &Path) -> String {
     let archive = TcpListener::bind("127.0.0.1:0").unwrap();
     let script = format!(
-        r#"frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & wait-fed
+        r#"frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & feeder=$!
+wait-fed
 echo "== cameras"; acquirer cameras --json
 echo "== scan"
-acquirer scan --projector 10.0.2.2:{projector} --camera /dev/video0 --out /tmp/scan \
-    --place-object 'echo object | nc 10.0.2.2 {stages} | grep done' >/tmp/log 2>&1 & scan=$!
+acquirer scan --projector 10.0.2.2:{projector} --camera /dev/video0 --out /tmp/scan --json \
+    --place-object 'echo object | nc 10.0.2.2 {stages} | grep done' >/tmp/figures 2>/tmp/log & scan=$!
+# once all is recorded the emulated processor is wanted for reading
 while ! grep -q "recorded object" /tmp/log && kill -0 $scan 2>/dev/null; do sleep 0.5; done
-cat /tmp/log
+kill $feeder
+wait $scan; code=$?
+cat /tmp/log /tmp/figures
 tar -c -C /tmp scan | nc 10.0.2.2 {archive}
-grep -q "recorded object" /tmp/log"#,
+exit $code"#,
         frames = room.frame_port(),
         stages = room.stage_port(),
         projector = projector.port(),
@@ -147,15 +151,10 @@ fn a_scan_through_a_real_camera_device_reads_the_room_right() {
     assert_eq!(cameras[0]["path"], "/dev/video0", "{output}");
 
     let scan = folder.path().join("scan");
-    let process = Command::new(env!("CARGO_BIN_EXE_acquirer"))
-        .arg("process")
-        .arg(&scan)
-        .output()
-        .unwrap();
+    let figures = &section(&output, "scan")[0];
     assert!(
-        process.status.success(),
-        "{}",
-        String::from_utf8_lossy(&process.stderr)
+        scan.join("results/report.html").exists(),
+        "the scan in the guest ends with its report: {output}"
     );
     let link = LinkSettings::new(&projector.address, "test", Role::Watcher);
     let grid = ProjectorLink::connect(&link)
@@ -169,5 +168,11 @@ fn a_scan_through_a_real_camera_device_reads_the_room_right() {
         let score = score_stage(&truth, &vertices(&scan.join("results"), stage), stage);
         assert_eq!(score.wrong, 0, "{}", score.sentence());
         assert!(score.coverage_percent > 80.0, "{}", score.sentence());
+        let labelled = &figures["summary"][stage.name()]["crossings_labelled"];
+        assert_eq!(
+            labelled.as_u64(),
+            Some(score.reported as u64 / 4),
+            "the figures printed in the guest are those of its tables"
+        );
     }
 }

@@ -89,6 +89,14 @@ fn scores(name: &str, more: &[&str]) -> (tempfile::TempDir, Vec<StageScore>) {
     let truth = read_truth(&dir.path().join("truth.csv")).unwrap();
     let scores =
         Stage::BOTH.map(|stage| score_stage(&truth, &read_vertices(dir.path(), stage), stage));
+    for score in &scores {
+        println!(
+            "{name} {} {}: {}",
+            more.join(" "),
+            score.stage,
+            score.sentence()
+        );
+    }
     (dir, scores.into())
 }
 

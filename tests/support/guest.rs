@@ -19,6 +19,9 @@ pub enum Device {
     Loopback,
 }
 
+/// Memory of the guest, in MiB: its file system lies in it, and the programs with their symbols are large.
+const MEMORY_MB: &str = "1024";
+
 /// A guest that has not run yet.
 #[derive(Clone, Debug)]
 pub struct Guest {
@@ -68,7 +71,8 @@ impl Guest {
             Device::Loopback => "loopback",
         };
         let output = Command::new(&runner)
-            .args(["-d", device, "-t", &self.seconds.to_string()])
+            .args(["-d", device, "-m", MEMORY_MB, "-t"])
+            .arg(self.seconds.to_string())
             .args(&self.arguments)
             .args(["--", "sh", "-c", script])
             .output()

@@ -112,7 +112,9 @@ impl Worker {
                     queue.clear();
                     self.tell(Event::Failed(format!("{error:#}")));
                 }
-                self.tell(Event::Idle);
+                if queue.is_empty() {
+                    self.tell(Event::Idle);
+                }
             }
             match rig.next_frame(LIVE_TIMEOUT) {
                 Ok(_) => silent = 0,

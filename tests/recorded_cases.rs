@@ -161,19 +161,37 @@ fn our_method_reads_more_than_the_thesis_and_fewer_labels_are_wrong() {
 fn the_same_scan_processed_twice_gives_identical_files() {
     let (first, _) = scores("wall-cube", &[]);
     let (second, _) = scores("wall-cube", &[]);
-    let results = first.path().join("results");
-    let mut files = 0;
-    for entry in fs::read_dir(&results).unwrap() {
-        let name = entry.unwrap().file_name();
-        let bytes = |dir: &Path| fs::read(dir.join("results").join(&name)).unwrap();
+    let [first, second] = [&first, &second].map(|dir| dir.path().join("results"));
+    let files = files_below(&first);
+    assert_eq!(files, files_below(&second));
+    assert!(files.len() >= 20, "{files:?}");
+    for file in files {
+        let bytes = |results: &Path| fs::read(results.join(&file)).unwrap();
         assert!(
-            bytes(first.path()) == bytes(second.path()),
+            bytes(&first) == bytes(&second),
             "{} differs",
-            name.display()
+            file.display()
         );
-        files += 1;
     }
-    assert!(files >= 8, "{files} files");
+}
+
+/// All files in a folder and its folders, relative to it, sorted.
+fn files_below(dir: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(dir).unwrap().map(Result::unwrap) {
+        let name = PathBuf::from(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            files.extend(
+                files_below(&entry.path())
+                    .iter()
+                    .map(|file| name.join(file)),
+            );
+        } else {
+            files.push(name);
+        }
+    }
+    files.sort();
+    files
 }
 
 #[test]

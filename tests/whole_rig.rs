@@ -126,6 +126,8 @@ fn a_recording_replayed_gives_the_same_captures_and_labels() {
     let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
         .args(["scan", "--json", "--projector", &projector.address])
         .args(["--camera", &format!("replay:{}", scan.display())])
+        .arg("--calibration")
+        .arg(scan.join("calibration.json"))
         .arg("--out")
         .arg(&again)
         .output()

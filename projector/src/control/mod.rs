@@ -1,7 +1,7 @@
 //! The network side: takes commands over TCP and tells everybody what is shown.
 //!
-//! [`server`] accepts connections, [`connection`] turns one connection's bytes into events and back, and
-//! [`hub`] does the events one by one: it owns the [`State`](crate::state::State) and is the only one to
+//! `server` accepts connections, `connection` turns one connection's bytes into events and back, and
+//! `hub` does the events one by one: it owns the [`State`](crate::state::State) and is the only one to
 //! change it. All of it runs in one thread of its own; every queue is bounded, and a client that does not
 //! read is disconnected rather than waited for.
 

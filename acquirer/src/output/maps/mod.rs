@@ -2,7 +2,7 @@
 //!
 //! # Conventions
 //! One unit of a drawing is a camera pixel. Marks and letters are sized for a picture 640 px wide and grow with
-//! wider ones ([`unit`]).
+//! wider ones (`unit`).
 
 mod depth_map;
 

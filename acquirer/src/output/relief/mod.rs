@@ -2,7 +2,7 @@
 //!
 //! Takes the shift table (camera px and relative depth, as in the thesis's figures 5.7 and 5.9) or the points of
 //! a calibrated scan (mm, true to scale), gives a picture. Cells of the grid are filled where the mesh has them
-//! (see [`mesh`]); edges sharper than [`CREASE_COSINE`] stay sharp, flatter ones are shaded smoothly.
+//! (see [`mesh`]); edges sharper than `CREASE_COSINE` stay sharp, flatter ones are shaded smoothly.
 
 mod axes;
 

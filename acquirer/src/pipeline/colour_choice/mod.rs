@@ -5,7 +5,7 @@
 //! [`ColourSelection`]: the choice, the scores behind it and plain reasons. Two scores stand side by side:
 //! the thesis's (how many grid pixels of each colour survive, chapter 4.2) and a joint one, the expected share
 //! of line pixels whose colour is mistaken, predicted for every set of four from the measured light, noise
-//! and colour response ([`separability`]). The joint one decides, because four colours that each survive
+//! and colour response (`separability`). The joint one decides, because four colours that each survive
 //! can still be neighbours in hue.
 //!
 //! It fails quietly when the scene changes between the shots, or when the shots show something other than

@@ -8,10 +8,19 @@
 //! projector light to 0. Without W the brightest light of the neighbourhood stands for s and albedo stays
 //! in. Where the scene moved since W and K, their edges stay in the picture quietly.
 
+use std::borrow::Cow;
+
+use image::RgbImage;
+use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{plane::Plane, reference::Reference, response::Light, tiles::Tiles};
+use super::{
+    plane::Plane,
+    reference::NoiseLaw,
+    response::{CLIPPED_LIGHT, Light, Response},
+    tiles::Tiles,
+};
 
 /// How the gain image is made.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -50,58 +59,91 @@ pub struct GainImage {
     pub power: Plane,
 }
 
-/// Light above black of a grid capture, and what white would give: the inputs of the stages that follow.
+/// The repeated captures of one grid, and what black and white projection give there.
 #[derive(Debug, Clone)]
-pub struct LineLight {
-    /// Light above black (D), per channel.
-    pub above_black: [Plane; 3],
-    /// Light that a white line would give there (s), per channel.
-    pub white: [Plane; 3],
-    /// Variance of one capture's D, per channel.
-    pub variance: [Plane; 3],
-    /// Bits 0, 1, 2: red, green, blue can't be used there.
-    pub clipped: Vec<u8>,
+pub struct LineLight<'a> {
+    /// The captures; one at least.
+    pub frames: &'a [RgbImage],
+    /// Light from bytes.
+    pub response: &'a Response,
+    /// Light under black projection.
+    pub black: &'a Light,
+    /// Light that a white line would give, per channel; 0 where that channel can't be used.
+    pub white: Cow<'a, [Plane; 3]>,
     /// Whether `white` was measured; else it is a guess that carries no albedo.
     pub white_is_measured: bool,
+    /// The camera's noise.
+    pub noise: NoiseLaw,
 }
 
-/// Takes black off a grid capture and finds what white would give.
-#[must_use]
-pub fn line_light(capture: &Light, reference: &Reference, settings: &GainSettings) -> LineLight {
-    let (black, noise) = (&reference.black, &reference.noise);
-    let share = 1.0 / capture.repeats.max(1) as f32;
-    let black_share = 1.0 / black.repeats.max(1) as f32;
-    let mut above_black = capture.channels.clone();
-    let mut variance = capture.channels.clone();
-    for c in 0..3 {
-        let blacks = black.channels[c].values();
-        let pixels = above_black[c]
-            .values_mut()
-            .par_iter_mut()
-            .zip(variance[c].values_mut())
-            .zip(blacks);
-        pixels.for_each(|((light, variance), &k)| {
-            *variance = noise.variance(c, *light) * share + noise.variance(c, k) * black_share;
-            *light -= k;
-        });
-    }
-    let (white, white_is_measured) = white_light(&above_black, reference, settings);
-    let clipped_white = reference.white.as_ref().map(|white| &white.clipped);
-    let mut clipped = capture.clipped.clone();
-    if let Some(white) = clipped_white {
-        let bits = clipped.iter_mut().zip(white).zip(&black.clipped);
-        bits.for_each(|((bit, w), k)| *bit |= w | k);
-    }
-    LineLight {
-        above_black,
-        white,
-        variance,
-        clipped,
-        white_is_measured,
-    }
+/// Linear light at one pixel of a grid capture.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PixelLight {
+    /// Light above black, per channel.
+    pub above_black: [f32; 3],
+    /// Light that a white line would give.
+    pub white: [f32; 3],
+    /// Variance of `above_black`.
+    pub variance: [f32; 3],
+    /// Which channels can be used: neither clipped nor without white light.
+    pub usable: [bool; 3],
 }
 
-impl LineLight {
+impl<'a> LineLight<'a> {
+    /// Captures over measured black and white light. Without measured white the strongest light of the
+    /// neighbourhood stands for it.
+    pub(super) fn new(
+        (frames, response): (&'a [RgbImage], &'a Response),
+        black: &'a Light,
+        white: Option<&'a [Plane; 3]>,
+        noise: NoiseLaw,
+        settings: &GainSettings,
+    ) -> Self {
+        let mut light = Self {
+            frames,
+            response,
+            black,
+            white: Cow::Owned(Default::default()),
+            white_is_measured: white.is_some(),
+            noise,
+        };
+        light.white = match white {
+            Some(white) => Cow::Borrowed(white),
+            None => Cow::Owned(light.strongest(settings)),
+        };
+        light
+    }
+
+    /// Pixels in a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.black.width()
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.black.height()
+    }
+
+    /// The light at a pixel of the picture.
+    #[must_use]
+    pub fn at(&self, x: usize, y: usize) -> PixelLight {
+        let light = self.response.light_at(self.frames, x, y);
+        let at = y * self.width() + x;
+        let [share, black_share] = self.shares();
+        let mut pixel = PixelLight::default();
+        for c in 0..3 {
+            let black = self.black.channels[c].values()[at];
+            pixel.above_black[c] = light[c] - black;
+            pixel.white[c] = self.white[c].values()[at];
+            pixel.variance[c] = self.noise.variance(c, light[c]) * share
+                + self.noise.variance(c, black) * black_share;
+            pixel.usable[c] = light[c] < CLIPPED_LIGHT && pixel.white[c] > 0.0;
+        }
+        pixel
+    }
+
     /// Without a measured white, the unary grid's light over its own colour stands for it, if that colour
     /// has all three channels; lines then have their own albedo and profile as reference.
     pub(super) fn take_white_from(&mut self, unary: &Self, colour: [f32; 3]) {
@@ -109,121 +151,192 @@ impl LineLight {
         if self.white_is_measured || colour.iter().any(|&share| share < LEAST) {
             return;
         }
-        let channels = self.white.iter_mut().zip(&unary.above_black).zip(colour);
-        for ((white, light), share) in channels {
-            let pixels = white.values_mut().iter_mut().zip(light.values());
-            pixels.for_each(|(white, &light)| *white = (light / share).max(0.0));
+        let mut white = unary.above_black();
+        for (plane, share) in white.iter_mut().zip(colour) {
+            let pixels = plane.values_mut().iter_mut();
+            pixels.for_each(|v| *v = if *v < CLIPPED_LIGHT { (*v / share).max(0.0) } else { 0.0 });
         }
-        let bits = self.clipped.iter_mut().zip(&unary.clipped);
-        bits.for_each(|(bit, other)| *bit |= other);
+        self.white = Cow::Owned(white);
         self.white_is_measured = true;
     }
-}
 
-fn white_light(
-    above_black: &[Plane; 3],
-    reference: &Reference,
-    settings: &GainSettings,
-) -> ([Plane; 3], bool) {
-    if let Some(white) = &reference.white {
-        let mut above = white.channels.clone();
-        for (white, black) in above.iter_mut().zip(&reference.black.channels) {
-            let pixels = white.values_mut().par_iter_mut().zip(black.values());
-            pixels.for_each(|(w, &k)| *w = (*w - k).max(0.0));
+    /// Shares of one capture's variance in the mean of the grid's and of black's repeats.
+    fn shares(&self) -> [f32; 2] {
+        [self.frames.len(), self.black.repeats].map(|repeats| 1.0 / repeats.max(1) as f32)
+    }
+
+    /// Light above black as pictures; at least [`CLIPPED_LIGHT`] less black where clipped.
+    fn above_black(&self) -> [Plane; 3] {
+        let (width, height) = (self.width(), self.height());
+        let mut planes = std::array::from_fn(|_| Plane::filled(width, height, 0.0));
+        let mut light = std::array::from_fn(|_| vec![0.0; width]);
+        for y in 0..height {
+            self.response.light_row(self.frames, y, &mut light);
+            for (c, plane) in planes.iter_mut().enumerate() {
+                let blacks = self.black.channels[c].row(y).iter().zip(&light[c]);
+                let values = plane.values_mut()[y * width..].iter_mut().zip(blacks);
+                values.for_each(|(v, (&k, &l))| *v = if l < CLIPPED_LIGHT { l - k } else { l });
+            }
         }
-        return (above, true);
+        planes
     }
-    // no white: the strongest channel near the top of each tile is what a line gives there
-    let mut strongest = above_black[0].clone();
-    for channel in &above_black[1..] {
-        let pixels = strongest.values_mut().iter_mut().zip(channel.values());
-        pixels.for_each(|(most, &light)| *most = most.max(light));
+
+    /// The strongest channel near the top of each tile: what a line gives there.
+    fn strongest(&self, settings: &GainSettings) -> [Plane; 3] {
+        let [mut strongest, green, blue] = self.above_black();
+        for channel in [green, blue] {
+            let pixels = strongest.values_mut().iter_mut().zip(channel.values());
+            pixels.for_each(|(most, &light)| *most = most.max(light));
+        }
+        strongest.values_mut().iter_mut().for_each(|v| *v = v.min(1.0));
+        let (width, height) = (strongest.width(), strongest.height());
+        let mut level = Tiles::quantile(&strongest, settings.tile_px, 0.97).spread(width, height);
+        let least = self.noise.floor.iter().copied().fold(0.0, f32::max);
+        let least = 4.0 * least.sqrt();
+        level.values_mut().iter_mut().for_each(|v| *v = v.max(least));
+        [level.clone(), level.clone(), level]
     }
-    let (width, height) = (strongest.width(), strongest.height());
-    let mut level = Tiles::quantile(&strongest, settings.tile_px, 0.97).spread(width, height);
-    let least = reference.noise.floor.iter().copied().fold(0.0, f32::max);
-    let least = 4.0 * least.sqrt();
-    level
-        .values_mut()
-        .iter_mut()
-        .for_each(|v| *v = v.max(least));
-    ([level.clone(), level.clone(), level], false)
 }
 
-/// The gain image of lines that may have any of the given colours (linear, 0 to 1 per channel); each pixel
-/// takes the colour that explains it with the most gain.
-#[must_use]
-pub fn find_gain(light: &LineLight, colours: &[[f32; 3]], settings: &GainSettings) -> GainImage {
-    let (width, height) = (light.white[0].width(), light.white[0].height());
-    let mut image = GainImage {
-        gain: Plane::filled(width, height, f32::MIN),
-        power: Plane::filled(width, height, 0.0),
-    };
-    let shrink = settings.shrink.max(1e-6) as f32;
-    let error = (settings.channel_error * settings.channel_error) as f32;
-    let rows = image
+/// Picture rows that one thread takes at a time.
+const STRIP: usize = 16;
+
+impl GainImage {
+    /// Makes room for a picture; what it held is of no use any more.
+    fn resize(&mut self, width: usize, height: usize) {
+        self.gain.resize(width, height);
+        self.power.resize(width, height);
+    }
+}
+
+/// Linear light of one row per strip, kept between frames.
+#[derive(Debug, Default)]
+pub struct GainBuffers {
+    strips: Vec<[Vec<f32>; 3]>,
+}
+
+/// The gain image of lines that may have any of the given colours (linear, 0 to 1 per channel), 16 at most;
+/// each pixel takes the colour that explains it with the most gain.
+pub fn find_gain(
+    light: &LineLight<'_>,
+    colours: &[[f32; 3]],
+    settings: &GainSettings,
+    buffers: &mut GainBuffers,
+    image: &mut GainImage,
+) {
+    match colours.len() {
+        0 | 1 => find_gain_of::<1>(light, colours, settings, buffers, image),
+        2 => find_gain_of::<2>(light, colours, settings, buffers, image),
+        3 | 4 => find_gain_of::<4>(light, colours, settings, buffers, image),
+        5..=8 => find_gain_of::<8>(light, colours, settings, buffers, image),
+        _ => find_gain_of::<16>(light, colours, settings, buffers, image),
+    }
+}
+
+fn find_gain_of<const N: usize>(
+    light: &LineLight<'_>,
+    colours: &[[f32; 3]],
+    settings: &GainSettings,
+    buffers: &mut GainBuffers,
+    image: &mut GainImage,
+) {
+    let (width, height) = (light.width(), light.height());
+    image.resize(width, height);
+    if width == 0 {
+        return;
+    }
+    buffers.strips.resize_with(height.div_ceil(STRIP), Default::default);
+    let filter = Filter::<N>::new(light, colours, settings);
+    let arch = Arch::new();
+    let strips = image
         .gain
         .values_mut()
-        .par_chunks_mut(width.max(1))
-        .zip(image.power.values_mut().par_chunks_mut(width.max(1)));
-    rows.enumerate().for_each(|(y, (gain, power))| {
-        let row = LightRow::new(light, y);
-        for &colour in colours {
-            row.add(colour, shrink, error, gain, power);
+        .par_chunks_mut(STRIP * width)
+        .zip(image.power.values_mut().par_chunks_mut(STRIP * width))
+        .zip(&mut buffers.strips);
+    strips.enumerate().for_each(|(strip, ((gain, power), row))| {
+        row.iter_mut().for_each(|channel| channel.resize(width, 0.0));
+        let rows = gain.chunks_mut(width).zip(power.chunks_mut(width));
+        for (k, (gain, power)) in rows.enumerate() {
+            let y = strip * STRIP + k;
+            light.response.light_row(light.frames, y, row);
+            arch.dispatch(|| filter.row(light, y, row, gain, power));
         }
     });
-    image
 }
 
-/// One row of the inputs, as plain slices for the inner loop.
-struct LightRow<'a> {
-    above_black: [&'a [f32]; 3],
-    white: [&'a [f32]; 3],
-    variance: [&'a [f32]; 3],
-    clipped: &'a [u8],
+/// The matched filter over the channels, for `N` colours.
+struct Filter<const N: usize> {
+    /// Linear responses; the first colour fills what is left.
+    colours: [[f32; 3]; N],
+    shrink: f32,
+    /// Squared error of a channel as a share of white.
+    error: f32,
+    /// Variance of a dark pixel above black, per channel.
+    floor: [f32; 3],
+    /// Its growth with the capture's light and with black's.
+    growth: [[f32; 2]; 3],
 }
 
-impl<'a> LightRow<'a> {
-    fn new(light: &'a LineLight, y: usize) -> Self {
-        let width = light.white[0].width();
+impl<const N: usize> Filter<N> {
+    fn new(light: &LineLight<'_>, colours: &[[f32; 3]], settings: &GainSettings) -> Self {
+        let first = colours.first().copied().unwrap_or([1.0; 3]);
+        let shares = light.shares();
+        let noise = light.noise;
         Self {
-            above_black: light.above_black.each_ref().map(|plane| plane.row(y)),
-            white: light.white.each_ref().map(|plane| plane.row(y)),
-            variance: light.variance.each_ref().map(|plane| plane.row(y)),
-            clipped: &light.clipped[y * width..(y + 1) * width],
+            colours: std::array::from_fn(|k| colours.get(k).copied().unwrap_or(first)),
+            shrink: settings.shrink.max(1e-6) as f32,
+            error: (settings.channel_error * settings.channel_error) as f32,
+            floor: noise.floor.map(|floor| floor * (shares[0] + shares[1])),
+            growth: noise.growth.map(|growth| shares.map(|share| growth * share)),
         }
     }
 
-    /// Replaces gains that this colour explains with more gain.
-    fn add(&self, colour: [f32; 3], shrink: f32, error: f32, gain: &mut [f32], powers: &mut [f32]) {
+    #[inline(always)]
+    fn row(
+        &self,
+        light: &LineLight<'_>,
+        y: usize,
+        row: &[Vec<f32>; 3],
+        gain: &mut [f32],
+        powers: &mut [f32],
+    ) {
         let width = gain.len();
-        let channels = |planes: [&'a [f32]; 3]| planes.map(|row| &row[..width]);
-        let (above_black, white, noise) = (
-            channels(self.above_black),
-            channels(self.white),
-            channels(self.variance),
-        );
-        let clipped = &self.clipped[..width];
+        let powers = &mut powers[..width];
+        let lights = row.each_ref().map(|channel| &channel[..width]);
+        let blacks = light.black.channels.each_ref().map(|plane| &plane.row(y)[..width]);
+        let whites = light.white.each_ref().map(|plane| &plane.row(y)[..width]);
         for x in 0..width {
-            let (mut signal, mut power) = (0.0, 0.0);
+            let (mut signals, mut weights) = ([0.0f32; 3], [0.0f32; 3]);
             for c in 0..3 {
-                let usable = f32::from(1 - (clipped[x] >> c & 1));
-                let expected = usable * white[c][x] * colour[c];
-                let weight = expected / (noise[c][x] + error * white[c][x] * white[c][x]);
-                signal += above_black[c][x] * weight;
-                power += expected * weight;
+                let (l, k) = (lights[c][x], blacks[c][x]);
+                // a clipped channel is as good as one without white light
+                let usable = l < CLIPPED_LIGHT;
+                let l = if usable { l } else { k };
+                let white = if usable { whites[c][x] } else { 0.0 };
+                let [growth, black_growth] = self.growth[c];
+                let variance = self.floor[c] + growth * l + black_growth * k;
+                let weight = white / (variance + self.error * white * white);
+                signals[c] = (l - k) * weight;
+                weights[c] = white * weight;
             }
-            let g = signal / (power + shrink);
-            let better = g > gain[x];
-            gain[x] = if better { g } else { gain[x] };
-            powers[x] = if better { power } else { powers[x] };
+            let (mut best, mut best_power) = (f32::MIN, 1.0);
+            for [r, g, b] in self.colours {
+                let signal = signals[0] * r + signals[1] * g + signals[2] * b;
+                let [wr, wg, wb] = weights;
+                let power = wr * (r * r) + wg * (g * g) + wb * (b * b) + self.shrink;
+                let better = signal * best_power > best * power;
+                best = if better { signal } else { best };
+                best_power = if better { power } else { best_power };
+            }
+            gain[x] = best / best_power;
+            powers[x] = best_power - self.shrink;
         }
     }
 }
 
-/// The gain image of two captures of the same lines together.
-#[must_use]
-pub fn merge_gains(mut a: GainImage, b: &GainImage, settings: &GainSettings) -> GainImage {
+/// Adds the gain image of another capture of the same lines.
+pub fn merge_gains(a: &mut GainImage, b: &GainImage, settings: &GainSettings) {
     let shrink = settings.shrink.max(1e-6) as f32;
     let first = a.gain.values_mut().par_iter_mut().zip(a.power.values_mut());
     let second = b.gain.values().par_iter().zip(b.power.values());
@@ -232,5 +345,4 @@ pub fn merge_gains(mut a: GainImage, b: &GainImage, settings: &GainSettings) -> 
         *power += p;
         *gain = signal / (*power + shrink);
     });
-    a
 }

@@ -34,6 +34,7 @@ pub mod surface;
 pub mod result;
 
 mod pictures;
+mod reader;
 mod settings;
 
 pub mod thesis;
@@ -47,11 +48,9 @@ use shared::{
 };
 use thiserror::Error;
 
-use gain::{GainImage, LineLight};
-use grid::{DecodedGrid, Observed};
-use reference::Reference;
-use response::{Light, Response};
+use grid::DecodedGrid;
 
+pub use reader::Reader;
 pub use settings::PipelineSettings;
 pub use surface::find_surface;
 
@@ -222,98 +221,11 @@ pub fn read_stage(
         return Ok(reading);
     }
     check_sizes(captures.named())?;
-    let response = Response::new(&settings.response);
-    let coded = response
-        .light(&captures.prmvs)
-        .ok_or(PipelineError::NoCodedCapture)?;
-    let unary = response.light(&captures.unary);
-    let grids: Vec<&Light> = [Some(&coded), unary.as_ref()]
-        .into_iter()
-        .flatten()
-        .collect();
-    let reference = reference::find_reference(
-        &captures.black,
-        &captures.white,
-        &grids,
-        &response,
-        &settings.reference,
-    )
-    .ok_or(PipelineError::NoCodedCapture)?;
-    let seen = Seen::new(&coded, unary.as_ref(), &reference, projected, settings);
-    let lines = lines::find_lines(&seen.gain, settings.gain.shrink, &settings.lines);
-    let crossings = crossings::find_crossings(&lines, &settings.crossings);
-    let colours = colours::find_colours(
-        &seen.coded,
-        seen.unary_gain.as_ref().map(|image| &image.gain),
-        &lines,
-        &crossings,
-        &nominal(projected.pattern.coded.colours()),
-        &settings.colours,
-    );
-    let observed = Observed {
-        lines: &lines,
-        crossings: &crossings,
-        colours: &colours,
-    };
-    let grid = grid::find_grid(observed, projected, calibration, &settings.grid);
-    let pictures = if settings.pictures {
-        pictures::draw(&reference, &seen, &lines, &grid, settings)
-    } else {
-        Vec::new()
-    };
-    Ok(StageReading { grid, pictures })
-}
-
-/// The light of the grids' lines, ready to be measured.
-struct Seen {
-    /// The coded grid's light.
-    coded: LineLight,
-    /// The unary grid's share of white light.
-    unary_gain: Option<GainImage>,
-    /// The gain image that the lines are found in.
-    gain: GainImage,
-}
-
-impl Seen {
-    fn new(
-        coded: &Light,
-        unary: Option<&Light>,
-        reference: &Reference,
-        projected: &Projected,
-        settings: &PipelineSettings,
-    ) -> Self {
-        let mut coded = gain::line_light(coded, reference, &settings.gain);
-        let unary_colour = colours::nominal_response(projected.pattern.unary);
-        let unary_gain = unary.map(|unary| {
-            let light = gain::line_light(unary, reference, &settings.gain);
-            let image = gain::find_gain(&light, &[unary_colour], &settings.gain);
-            coded.take_white_from(&light, unary_colour);
-            image
-        });
-        let coded_gain = || {
-            let colours = nominal(projected.pattern.coded.colours());
-            gain::find_gain(&coded, &colours, &settings.gain)
-        };
-        let gain = match &unary_gain {
-            Some(unary) if settings.gain.both_grids => {
-                gain::merge_gains(unary.clone(), &coded_gain(), &settings.gain)
-            }
-            Some(unary) => unary.clone(),
-            None => coded_gain(),
-        };
-        // a unary grid that stood for white says nothing about the gain any more
-        let unary_gain = unary_gain.filter(|_| reference.white.is_some());
-        Self {
-            coded,
-            unary_gain,
-            gain,
-        }
+    if captures.prmvs.is_empty() {
+        return Err(PipelineError::NoCodedCapture);
     }
-}
-
-fn nominal(colours: &[Rgb]) -> Vec<[f32; 3]> {
-    colours
-        .iter()
-        .map(|&colour| colours::nominal_response(colour))
-        .collect()
+    let references = (&captures.black[..], &captures.white[..]);
+    let mut reader = Reader::new(references, projected, calibration, settings)?;
+    reader.read_grids(&captures.prmvs, &captures.unary)?;
+    Ok(reader.into_reading())
 }

@@ -4,11 +4,13 @@ use image::{Rgb, RgbImage};
 use shared::{geometry::CameraPixel, pattern::Axis};
 
 use super::{
-    PipelineSettings, Seen, StagePicture,
+    PipelineSettings, StagePicture,
+    gain::LineLight,
     grid::DecodedGrid,
     lines::Lines,
     plane::Plane,
-    reference::{Reference, lit_mask},
+    reference::{References, lit_mask},
+    response::CLIPPED_LIGHT,
 };
 
 const ROW_COLOUR: Rgb<u8> = Rgb([255, 160, 0]);
@@ -16,14 +18,19 @@ const COLUMN_COLOUR: Rgb<u8> = Rgb([0, 180, 255]);
 const READ_COLOUR: Rgb<u8> = Rgb([0, 255, 80]);
 const DROPPED_COLOUR: Rgb<u8> = Rgb([255, 40, 40]);
 
+/// The stages' products.
+pub(super) struct Seen<'a> {
+    pub(super) references: &'a References,
+    pub(super) coded: &'a LineLight<'a>,
+    /// The gain image that the lines were found in.
+    pub(super) gain: &'a Plane,
+    pub(super) lines: &'a Lines,
+    pub(super) grid: &'a DecodedGrid,
+}
+
 /// The pictures in reading order.
-pub(super) fn draw(
-    reference: &Reference,
-    seen: &Seen,
-    lines: &Lines,
-    grid: &DecodedGrid,
-    settings: &PipelineSettings,
-) -> Vec<StagePicture> {
+pub(super) fn draw(seen: &Seen<'_>, settings: &PipelineSettings) -> Vec<StagePicture> {
+    let Seen { lines, grid, .. } = seen;
     vec![
         StagePicture {
             name: "mask",
@@ -31,14 +38,14 @@ pub(super) fn draw(
                 "Where the projector's light can be used: black is shadow or out of reach, red was \
                       clipped in the coded capture or the white one."
                     .to_owned(),
-            picture: mask(reference, seen, settings),
+            picture: mask(seen, settings),
         },
         StagePicture {
             name: "gain",
             caption:
                 "Gain image: the share of white light that arrives, whatever the surface's colour."
                     .to_owned(),
-            picture: grey(&seen.gain.gain),
+            picture: grey(seen.gain),
         },
         StagePicture {
             name: "lines",
@@ -47,7 +54,7 @@ pub(super) fn draw(
                 lines.rows.tracks.len(),
                 lines.columns.tracks.len()
             ),
-            picture: tracks(lines, &seen.gain.gain),
+            picture: tracks(lines, seen.gain),
         },
         StagePicture {
             name: "crossings",
@@ -56,7 +63,7 @@ pub(super) fn draw(
                 grid.crossings.len(),
                 grid.dropped.len()
             ),
-            picture: crossings(grid, &seen.gain.gain),
+            picture: crossings(grid, seen.gain),
         },
     ]
 }
@@ -78,11 +85,19 @@ fn dimmed(plane: &Plane) -> RgbImage {
     picture
 }
 
-fn mask(reference: &Reference, seen: &Seen, settings: &PipelineSettings) -> RgbImage {
-    let mut picture = grey(&lit_mask(reference, &settings.reference));
-    for (pixel, &bits) in picture.pixels_mut().zip(&seen.coded.clipped) {
-        if bits != 0 {
-            *pixel = DROPPED_COLOUR;
+fn mask(seen: &Seen<'_>, settings: &PipelineSettings) -> RgbImage {
+    let (width, height) = (seen.gain.width(), seen.gain.height());
+    let lit = lit_mask(seen.references, &settings.reference)
+        .unwrap_or_else(|| Plane::filled(width, height, 1.0));
+    let mut picture = grey(&lit);
+    let mut light = std::array::from_fn(|_| vec![0.0; width]);
+    for y in 0..height {
+        seen.coded.response.light_row(seen.coded.frames, y, &mut light);
+        for x in 0..width {
+            let before = seen.references.clipped.get(y * width + x).copied().unwrap_or(0);
+            if before != 0 || light.iter().any(|channel| channel[x] >= CLIPPED_LIGHT) {
+                picture.put_pixel(x as u32, y as u32, DROPPED_COLOUR);
+            }
         }
     }
     picture

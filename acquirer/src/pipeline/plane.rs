@@ -21,6 +21,12 @@ impl Plane {
         }
     }
 
+    /// Makes it another size, in the same memory where that is enough; what it held is of no use any more.
+    pub fn resize(&mut self, width: usize, height: usize) {
+        (self.width, self.height) = (width, height);
+        self.values.resize(width * height, 0.0);
+    }
+
     /// Pixels in a row.
     #[must_use]
     pub fn width(&self) -> usize {
@@ -67,27 +73,6 @@ impl Plane {
         let bottom = v[lower + x0] + fx * (v[lower + x1] - v[lower + x0]);
         top + fy * (bottom - top)
     }
-
-    /// The picture with x and y exchanged.
-    #[must_use]
-    pub fn transposed(&self) -> Self {
-        const BLOCK: usize = 32; // a block of both pictures fits the first-level cache
-        let mut values = vec![0.0; self.values.len()];
-        for y0 in (0..self.height).step_by(BLOCK) {
-            for x0 in (0..self.width).step_by(BLOCK) {
-                for y in y0..(y0 + BLOCK).min(self.height) {
-                    for x in x0..(x0 + BLOCK).min(self.width) {
-                        values[x * self.height + y] = self.values[y * self.width + x];
-                    }
-                }
-            }
-        }
-        Self {
-            width: self.height,
-            height: self.width,
-            values,
-        }
-    }
 }
 
 /// Pixel whose centre lies at or before a position, and the way to the next one, 0 to 1.
@@ -110,10 +95,6 @@ mod tests {
         assert_eq!(plane.at(1.5, 0.5), 1.0);
         assert_eq!(plane.at(2.0, 1.0), 6.5);
         assert_eq!(plane.at(-5.0, 99.0), 10.0);
-        assert_eq!(
-            plane.transposed().values(),
-            &[0.0, 10.0, 1.0, 11.0, 2.0, 12.0]
-        );
         assert_eq!(Plane::default().at(1.0, 1.0), 0.0);
     }
 }

@@ -60,42 +60,60 @@ impl NoiseLaw {
     }
 }
 
-/// Black and white references of one stage.
+/// What a scene gives back of black and white projection, as far as it was captured: the same for all grid
+/// captures of one stage.
 #[derive(Debug, Clone)]
-pub struct Reference {
-    /// Light under black projection: measured, or read from dark cells.
-    pub black: Light,
-    /// Light under white projection, if it was captured.
-    pub white: Option<Light>,
+pub struct References {
+    /// Light under black projection.
+    pub black: Option<Light>,
+    /// Light that white projection adds, per channel; 0 where that channel can't be used.
+    pub white: Option<[Plane; 3]>,
+    /// For each pixel bit 0, 1, 2 is set where red, green, blue was clipped under black or white.
+    pub clipped: Vec<u8>,
     /// The camera's noise.
     pub noise: NoiseLaw,
 }
 
-/// Finds the references of one stage. `grids` are the grid captures, from which K is read when it is
-/// missing; they must hold at least one.
+/// Finds the references of one stage. White counts only beside black.
 #[must_use]
-pub fn find_reference(
+pub fn find_references(
     black: &[RgbImage],
     white: &[RgbImage],
-    grids: &[&Light],
     response: &Response,
     settings: &ReferenceSettings,
-) -> Option<Reference> {
-    let measured = response.light(black);
+) -> References {
     let noise = noise_law(&[black, white], response, settings);
-    let black = match measured {
-        Some(light) => light,
-        None => dark_cells(grids, settings)?,
-    };
-    Some(Reference {
+    let black = response.light(black);
+    let lit = response.light(white);
+    let pixels = black.as_ref().or(lit.as_ref()).map_or(0, |l| l.clipped.len());
+    let mut clipped = vec![0; pixels];
+    for light in [&black, &lit].into_iter().flatten() {
+        let bits = clipped.iter_mut().zip(&light.clipped);
+        bits.for_each(|(bit, other)| *bit |= other);
+    }
+    let white = lit.map(|light| white_above(light.channels, black.as_ref(), &clipped));
+    References {
         black,
-        white: response.light(white),
+        white,
+        clipped,
         noise,
-    })
+    }
+}
+
+fn white_above(mut white: [Plane; 3], black: Option<&Light>, clipped: &[u8]) -> [Plane; 3] {
+    for (c, plane) in white.iter_mut().enumerate() {
+        if let Some(black) = black {
+            let pixels = plane.values_mut().iter_mut().zip(black.channels[c].values());
+            pixels.for_each(|(w, &k)| *w = (*w - k).max(0.0));
+        }
+        let pixels = plane.values_mut().iter_mut().zip(clipped);
+        pixels.for_each(|(w, &bits)| *w = if bits >> c & 1 == 1 { 0.0 } else { *w });
+    }
+    white
 }
 
 /// K from the grid captures: the lower quartile of each tile, which lies in the dark cells.
-fn dark_cells(grids: &[&Light], settings: &ReferenceSettings) -> Option<Light> {
+pub(super) fn dark_cells(grids: &[Light], settings: &ReferenceSettings) -> Option<Light> {
     let first = grids.first()?;
     let (width, height) = (first.width(), first.height());
     let channels = std::array::from_fn(|channel| {
@@ -201,25 +219,18 @@ fn fit_noise(classes: &mut [Vec<(f32, f32)>]) -> Option<(f32, f32)> {
     Some((((sy - growth * sx) / sw).max(0.0) as f32, growth as f32))
 }
 
-/// Where the projector's light does not reach: 1 in the light, 0 in shadow. All light without W.
-#[must_use]
-pub fn lit_mask(reference: &Reference, settings: &ReferenceSettings) -> Plane {
-    let black = &reference.black;
+/// Where the projector's light does not reach: 1 in the light, 0 in shadow. All light without black and white.
+pub(super) fn lit_mask(references: &References, settings: &ReferenceSettings) -> Option<Plane> {
+    let (black, white) = (references.black.as_ref()?, references.white.as_ref()?);
     let mut mask = Plane::filled(black.width(), black.height(), 1.0);
-    let Some(white) = &reference.white else {
-        return mask;
-    };
     let limit = settings.shadow_sigma as f32;
     for (at, lit) in mask.values_mut().iter_mut().enumerate() {
         let above = (0..3).any(|c| {
-            let (k, w) = (
-                black.channels[c].values()[at],
-                white.channels[c].values()[at],
-            );
-            let variance = reference.noise.variance(c, k) + reference.noise.variance(c, w);
-            w - k > limit * variance.sqrt()
+            let (k, w) = (black.channels[c].values()[at], white[c].values()[at]);
+            let variance = references.noise.variance(c, k) + references.noise.variance(c, k + w);
+            w > limit * variance.sqrt()
         });
-        *lit = f32::from(u8::from(above));
+        *lit = f32::from(u8::from(above || references.clipped[at] != 0));
     }
-    mask
+    Some(mask)
 }

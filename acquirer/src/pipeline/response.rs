@@ -34,15 +34,22 @@ impl Default for ResponseSettings {
 #[derive(Debug, Clone)]
 pub struct Response {
     table: [f32; 256],
+    /// The table with [`UNKNOWN`] for clipped bytes.
+    marked: [f32; 256],
     clipped_from: u8,
 }
+
+/// What stands for the light of a clipped byte: so much that the mean of 255 repeats still tells.
+const UNKNOWN: f32 = 1e4;
+/// From here on a mean light holds a clipped byte.
+pub(super) const CLIPPED_LIGHT: f32 = 2.0;
 
 impl Response {
     /// The table for these settings; a gamma out of range is taken as sRGB.
     #[must_use]
     pub fn new(settings: &ResponseSettings) -> Self {
         let gamma = settings.gamma;
-        let table = std::array::from_fn(|byte| {
+        let table: [f32; 256] = std::array::from_fn(|byte| {
             let value = byte as f64 / 255.0;
             let linear = if (0.2..=5.0).contains(&gamma) {
                 value.powf(gamma)
@@ -53,9 +60,17 @@ impl Response {
             };
             linear as f32
         });
+        let clipped_from = settings.clipped_from.max(1);
         Self {
             table,
-            clipped_from: settings.clipped_from.max(1),
+            marked: std::array::from_fn(|byte| {
+                if byte >= usize::from(clipped_from) {
+                    UNKNOWN
+                } else {
+                    table[byte]
+                }
+            }),
+            clipped_from,
         }
     }
 
@@ -63,6 +78,45 @@ impl Response {
     #[must_use]
     pub fn linear(&self, byte: u8) -> f32 {
         self.table[usize::from(byte)]
+    }
+
+    /// The mean linear light of one row of repeated captures, red, green and blue; at least [`CLIPPED_LIGHT`]
+    /// where any of them was clipped. The rows of `light` must be as long as the captures'.
+    pub(super) fn light_row(&self, repeats: &[RgbImage], y: usize, light: &mut [Vec<f32>; 3]) {
+        let [red, green, blue] = light;
+        let width = red.len();
+        let share = 1.0 / repeats.len().max(1) as f32;
+        for (n, picture) in repeats.iter().enumerate() {
+            let bytes = &picture.as_raw()[3 * y * width..3 * (y + 1) * width];
+            let lights = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
+            let pixels = bytes.chunks_exact(3).zip(lights);
+            if n == 0 {
+                pixels.for_each(|(pixel, ((r, g), b))| {
+                    *r = share * self.marked[usize::from(pixel[0])];
+                    *g = share * self.marked[usize::from(pixel[1])];
+                    *b = share * self.marked[usize::from(pixel[2])];
+                });
+            } else {
+                pixels.for_each(|(pixel, ((r, g), b))| {
+                    *r += share * self.marked[usize::from(pixel[0])];
+                    *g += share * self.marked[usize::from(pixel[1])];
+                    *b += share * self.marked[usize::from(pixel[2])];
+                });
+            }
+        }
+    }
+
+    /// The mean linear light of one pixel of repeated captures; marked like [`Self::light_row`]'s.
+    pub(super) fn light_at(&self, repeats: &[RgbImage], x: usize, y: usize) -> [f32; 3] {
+        let share = 1.0 / repeats.len().max(1) as f32;
+        let mut light = [0.0; 3];
+        for picture in repeats {
+            let at = 3 * (y * picture.width() as usize + x);
+            for (sum, &byte) in light.iter_mut().zip(&picture.as_raw()[at..at + 3]) {
+                *sum += share * self.marked[usize::from(byte)];
+            }
+        }
+        light
     }
 
     /// Step from one byte value to the next at a linear light, for the quantisation noise.

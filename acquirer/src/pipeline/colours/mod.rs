@@ -20,7 +20,7 @@ use shared::pattern::{Axis, MAX_COLOURS, Rgb};
 
 use super::{
     crossings::{Arms, Crossings},
-    gain::LineLight,
+    gain::{LineLight, PixelLight},
     lines::Lines,
     plane::Plane,
     response::Response,
@@ -108,13 +108,31 @@ struct Sample {
 /// The samples of one line at one crossing.
 struct Unit {
     samples: Vec<Sample>,
+    /// Their mean; `None` without any.
+    mean: Option<Sample>,
+    /// Distance between samples along the line, in camera pixels.
+    step_px: f64,
     clipped: f32,
+}
+
+impl Unit {
+    fn find_mean(&mut self) {
+        let share = 1.0 / self.samples.len().max(1) as f32;
+        let mean = |of: fn(&Sample) -> [f32; 3]| {
+            std::array::from_fn(|c| self.samples.iter().map(|s| of(s)[c]).sum::<f32>() * share)
+        };
+        self.mean = (!self.samples.is_empty()).then(|| Sample {
+            light: mean(|s| s.light),
+            full: mean(|s| s.full),
+            variance: mean(|s| s.variance),
+        });
+    }
 }
 
 /// Finds the colours of all lines at all crossings. `gain` is the unary grid's, if there is one.
 #[must_use]
 pub fn find_colours(
-    light: &LineLight,
+    light: &LineLight<'_>,
     gain: Option<&Plane>,
     lines: &Lines,
     crossings: &Crossings,
@@ -143,11 +161,10 @@ pub fn find_colours(
         settings.free_gain_spread
     };
     let mut model = Model::new(nominal, spread, light.white_is_measured, settings);
-    let mut evidence = model.weigh_all(&units);
     for _ in 0..settings.rounds.min(20) {
-        model.refine(&units, &evidence);
-        evidence = model.weigh_all(&units);
+        model.refine(&units);
     }
+    let evidence = model.weigh_all(&units);
     let (rows, columns) = evidence
         .chunks_exact(2)
         .map(|pair| (pair[0], pair[1]))
@@ -167,7 +184,7 @@ pub fn nominal_response(colour: Rgb) -> [f32; 3] {
 }
 
 struct Sampler<'a> {
-    light: &'a LineLight,
+    light: &'a LineLight<'a>,
     gain: Option<&'a Plane>,
 }
 
@@ -180,19 +197,24 @@ impl Sampler<'_> {
         width_px: f64,
         axis: Axis,
     ) -> Unit {
+        /// Samples on one arm: more of them hardly tell more.
+        const MOST: f64 = 12.0;
+        let ways = [0, 1].map(|side| (arms.outer_px[side] - arms.inner_px).max(0.0));
+        let step_px = (ways[0].max(ways[1]) / MOST).max(1.0);
         let mut unit = Unit {
-            samples: Vec::new(),
+            samples: Vec::with_capacity(2 * MOST as usize + 2),
+            mean: None,
+            step_px,
             clipped: 0.0,
         };
-        let aside = (0.25 * width_px).min(2.0);
+        let aside = (0.25 * width_px).clamp(1.0, 2.0);
         let mut tried = 0;
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             if !arms.seen[side] {
                 continue;
             }
-            let steps = (arms.outer_px[side] - arms.inner_px).max(0.0) as usize;
-            for step in 0..=steps {
-                let at = along + sign * (arms.inner_px + step as f64);
+            for step in 0..=(ways[side] / step_px) as usize {
+                let at = along + sign * (arms.inner_px + step as f64 * step_px);
                 let Some(across) = track.at(at, 0.0) else {
                     continue;
                 };
@@ -204,50 +226,47 @@ impl Sampler<'_> {
             }
         }
         unit.clipped /= tried.max(1) as f32;
+        unit.find_mean();
         unit
     }
 
-    /// `None` where all channels are clipped. A clipped channel gets a variance that all but silences it.
+    /// The mean of three pixels across the line; `None` where no channel can be used. A channel that can't be
+    /// used gets a variance that all but silences it.
     fn sample(&self, axis: Axis, along: f64, across: f64, aside: f64) -> Option<Sample> {
         const CLIPPED_VARIANCE: f32 = 0.25; // known to within half of full light at best
-        let place = |offset: f64| match axis {
-            Axis::Row => (along, across + offset),
-            Axis::Column => (across + offset, along),
-        };
-        let mean = |plane: &Plane| {
-            [-aside, 0.0, aside]
-                .into_iter()
-                .map(|offset| {
-                    let (x, y) = place(offset);
-                    plane.at(x, y)
-                })
-                .sum::<f32>()
-                / 3.0
-        };
-        let gain = self.gain.map_or(1.0, |gain| mean(gain).clamp(0.1, 1.5));
-        let mut bits = 0;
+        let (mut sum, mut gain, mut usable) = (PixelLight::default(), 0.0, [true; 3]);
         for offset in [-aside, 0.0, aside] {
-            let (x, y) = place(offset);
-            bits |= self.clipped(x, y);
+            let (x, y) = match axis {
+                Axis::Row => (along, across + offset),
+                Axis::Column => (across + offset, along),
+            };
+            let (x, y) = self.pixel(x, y);
+            let pixel = self.light.at(x, y);
+            for c in 0..3 {
+                sum.above_black[c] += pixel.above_black[c] / 3.0;
+                sum.white[c] += pixel.white[c] / 3.0;
+                sum.variance[c] += pixel.variance[c] / 3.0;
+                usable[c] &= pixel.usable[c];
+            }
+            gain += self.gain.map_or(1.0, |plane| plane.row(y)[x]) / 3.0;
         }
-        if bits == 7 {
-            return None;
-        }
-        Some(Sample {
-            light: self.light.above_black.each_ref().map(&mean),
-            full: self.light.white.each_ref().map(|plane| gain * mean(plane)),
-            variance: std::array::from_fn(|c| match bits >> c & 1 {
-                0 => mean(&self.light.variance[c]),
-                _ => CLIPPED_VARIANCE,
+        let gain = gain.clamp(0.1, 1.5);
+        usable.contains(&true).then(|| Sample {
+            light: std::array::from_fn(|c| if usable[c] { sum.above_black[c] } else { 0.0 }),
+            full: sum.white.map(|white| gain * white),
+            variance: std::array::from_fn(|c| match usable[c] {
+                true => sum.variance[c],
+                false => CLIPPED_VARIANCE,
             }),
         })
     }
 
-    fn clipped(&self, x: f64, y: f64) -> u8 {
-        let (width, height) = (self.light.white[0].width(), self.light.white[0].height());
-        if x < 0.0 || y < 0.0 || x >= width as f64 || y >= height as f64 {
-            return 0;
-        }
-        self.light.clipped[y as usize * width + x as usize] & 7
+    /// The pixel that holds a position, or the nearest one.
+    fn pixel(&self, x: f64, y: f64) -> (usize, usize) {
+        let inside = |position: f64, length: usize| (position.max(0.0) as usize).min(length - 1);
+        (
+            inside(x, self.light.width()),
+            inside(y, self.light.height()),
+        )
     }
 }

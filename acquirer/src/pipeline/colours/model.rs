@@ -23,6 +23,9 @@ pub(super) struct Model<'a> {
 /// Smallest and largest error of the model, as a share of white light.
 const MISFIT_RANGE: (f32, f32) = (0.04, 0.3);
 
+/// Keeps the product of three variances far from the smallest number that can be told from 0.
+const VARIANCE_SCALE: f32 = 1e4;
+
 /// Light of the brightest channel that the correction leaves in another one.
 const LEAK: f32 = 0.03;
 
@@ -57,6 +60,21 @@ impl<'a> Model<'a> {
     }
 
     fn weigh(&self, unit: &Unit) -> Evidence {
+        let samples = unit.samples.len() as f32;
+        let share = (unit.step_px / self.settings.correlation_px.max(1.0)).min(1.0) as f32;
+        self.weigh_samples(unit, &unit.samples, share, samples)
+    }
+
+    /// As [`Self::weigh`] from the mean of the samples: quick, and near enough to tell which lines are clear.
+    fn weigh_mean(&self, unit: &Unit) -> Evidence {
+        let mean = unit.mean.as_slice();
+        let samples = unit.samples.len() as f32 * unit.step_px as f32;
+        let independent = samples / self.settings.correlation_px.max(1.0) as f32;
+        self.weigh_samples(unit, mean, independent.max(1.0), 1.0)
+    }
+
+    /// Sums over samples that tell `share` of a whole one each.
+    fn weigh_samples(&self, unit: &Unit, samples: &[Sample], share: f32, count: f32) -> Evidence {
         let colours = self.responses.len();
         let mut evidence = Evidence {
             nats: [0.0; MAX_COLOURS],
@@ -66,7 +84,7 @@ impl<'a> Model<'a> {
         };
         let (mut top, mut bottom, mut power) = ([0.0; 3], [0.0; 3], 0.0);
         let clip = -self.settings.sample_clip_nats as f32;
-        for sample in &unit.samples {
+        for sample in samples {
             let sample = &self.corrected(sample);
             let mut nats = [0.0; MAX_COLOURS];
             for (value, &response) in nats.iter_mut().zip(&self.responses) {
@@ -89,8 +107,7 @@ impl<'a> Model<'a> {
             let tells = bottom[c] > 1e-3 && bottom[c] > 0.02 * strongest;
             evidence.ratio[c] = if tells { top[c] / bottom[c] } else { f32::NAN };
         }
-        evidence.signal = (power / unit.samples.len().max(1) as f32).sqrt();
-        let share = 1.0 / self.settings.correlation_px.max(1.0) as f32;
+        evidence.signal = (power / count.max(1.0)).sqrt();
         let best = evidence.nats[..colours]
             .iter()
             .copied()
@@ -114,7 +131,7 @@ impl<'a> Model<'a> {
     fn log_likelihood(&self, sample: &Sample, response: [f32; 3]) -> f32 {
         let brightest = sample.full.iter().copied().fold(0.0, f32::max);
         let leak = LEAK * brightest;
-        let (mut ee, mut em, mut mm, mut logs) = (0.0, 0.0, 0.0, 0.0);
+        let (mut ee, mut em, mut mm, mut product) = (0.0, 0.0, 0.0, 1.0);
         for (c, response) in response.into_iter().enumerate() {
             let model = sample.full[c] * response;
             let error = sample.light[c] - model;
@@ -123,10 +140,10 @@ impl<'a> Model<'a> {
             ee += error * error / variance;
             em += error * model / variance;
             mm += model * model / variance;
-            logs += variance.ln();
+            product *= variance * VARIANCE_SCALE;
         }
         let spread = 1.0 + self.gain_variance * mm;
-        -0.5 * (ee - self.gain_variance * em * em / spread + logs + spread.ln())
+        -0.5 * (ee - self.gain_variance * em * em / spread + (product * spread).ln())
     }
 
     /// The colour of a line that leaves no doubt about it.
@@ -143,31 +160,22 @@ impl<'a> Model<'a> {
     fn known_light(&self, unit: &Unit, colour: usize) -> Option<KnownLight> {
         /// Largest nominal response of a primary that a colour counts as lacking.
         const LACKING: f32 = 0.05;
-        if unit.clipped > 0.0 || unit.samples.is_empty() {
-            return None;
-        }
-        let (mut light, mut full) = ([0.0f32; 3], [0.0f32; 3]);
-        for sample in &unit.samples {
-            for c in 0..3 {
-                light[c] += sample.light[c];
-                full[c] += sample.full[c];
-            }
-        }
-        let brightest = full.iter().copied().fold(0.0, f32::max);
+        let mean = unit.mean.filter(|_| unit.clipped == 0.0)?;
+        let brightest = mean.full.iter().copied().fold(0.0, f32::max);
         (brightest > 0.0).then(|| KnownLight {
-            light: light.map(|sum| sum / brightest),
+            light: mean.light.map(|light| light / brightest),
             lacks: self.nominal[colour].map(|response| response < LACKING),
         })
     }
 
     /// Medians of the ratios of the lines that clearly have a colour become that colour's response, after
     /// their light has told the crosstalk.
-    pub(super) fn refine(&mut self, units: &[Unit], evidence: &[Evidence]) {
+    pub(super) fn refine(&mut self, units: &[Unit]) {
         const FEWEST: usize = 4;
-        let known: Vec<(usize, usize)> = evidence
+        let known: Vec<(usize, usize)> = units
             .iter()
             .enumerate()
-            .filter_map(|(at, unit)| Some((at, self.clear_colour(unit)?)))
+            .filter_map(|(at, unit)| Some((at, self.clear_colour(&self.weigh_mean(unit))?)))
             .collect();
         if self.may_unmix {
             let lights: Vec<KnownLight> = known
@@ -178,7 +186,7 @@ impl<'a> Model<'a> {
         }
         let mut ratios = vec![[const { Vec::new() }; 3]; self.responses.len()];
         for &(at, colour) in &known {
-            let ratio = self.weigh(&units[at]).ratio;
+            let ratio = self.weigh_mean(&units[at]).ratio;
             let finite = ratio.iter().enumerate().filter(|(_, r)| r.is_finite());
             finite.for_each(|(c, &ratio)| ratios[colour][c].push(ratio));
         }

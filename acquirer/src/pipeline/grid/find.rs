@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use shared::{
     geometry::{CameraPixel, ProjectorPixel, RigCalibration},
-    pattern::{Axis, GridIndex},
+    pattern::{Axis, Grid, GridIndex},
 };
 
 use super::{
     DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LinePoint, LineTrack, checks,
-    code::Orientation,
+    code::{Code, Orientation},
     labels::{Decoder, Label},
     links::{Link, Patch, find_patches},
     vertices::{Neighbours, Placement, find_vertices},
@@ -69,27 +69,47 @@ pub struct Observed<'a> {
     pub colours: &'a Colours,
 }
 
-/// Decodes the grid.
-#[must_use]
-pub fn find_grid(
-    observed: Observed<'_>,
-    projected: &Projected,
-    calibration: Option<&RigCalibration>,
-    settings: &DecodeSettings,
-) -> DecodedGrid {
-    let (links, patches) = find_patches(observed.crossings, settings);
-    let reading = Reading {
-        observed,
-        projected,
-        calibration,
-        settings,
-        links: &links,
-    };
-    let (orientation, labels) = reading.best_orientation(&patches);
-    reading.finish(orientation, &labels)
+/// The codes of a pattern in all ways that it may stand in the picture.
+#[derive(Debug, Clone)]
+pub struct Decoding {
+    /// The codes of the flat and of the steep family, in the order of [`Orientation::ALL`].
+    codes: [[Code; 2]; 8],
+}
+
+impl Decoding {
+    /// The codes of this grid.
+    #[must_use]
+    pub fn new(grid: &Grid) -> Self {
+        Self {
+            codes: Orientation::ALL.map(|way| Axis::BOTH.map(|family| way.code(grid, family))),
+        }
+    }
+
+    /// Decodes a picture of the grid.
+    #[must_use]
+    pub fn find_grid(
+        &self,
+        observed: Observed<'_>,
+        projected: &Projected,
+        calibration: Option<&RigCalibration>,
+        settings: &DecodeSettings,
+    ) -> DecodedGrid {
+        let (links, patches) = find_patches(observed.crossings, settings);
+        let reading = Reading {
+            decoding: self,
+            observed,
+            projected,
+            calibration,
+            settings,
+            links: &links,
+        };
+        let (orientation, labels) = reading.best_orientation(&patches);
+        reading.finish(orientation, &labels)
+    }
 }
 
 struct Reading<'a> {
+    decoding: &'a Decoding,
     observed: Observed<'a>,
     projected: &'a Projected,
     calibration: Option<&'a RigCalibration>,
@@ -103,12 +123,12 @@ impl Reading<'_> {
     /// Tries how the pattern may stand in the picture, until one explains most crossings.
     fn best_orientation(&self, patches: &[Patch]) -> (Orientation, Labels) {
         let linked: usize = patches.iter().map(|patch| patch.nodes.len()).sum();
-        let grid = &self.projected.pattern.coded;
         let mut best: Option<(usize, Orientation, Labels)> = None;
-        for orientation in Orientation::ALL {
+        for (orientation, codes) in Orientation::ALL.into_iter().zip(&self.decoding.codes) {
+            let [flat, steep] = codes;
             let decoder = Decoder {
-                flat: orientation.code(grid, Axis::Row),
-                steep: orientation.code(grid, Axis::Column),
+                flat,
+                steep,
                 colours: self.observed.colours,
                 links: self.links,
                 settings: self.settings,

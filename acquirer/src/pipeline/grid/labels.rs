@@ -35,8 +35,8 @@ pub(super) enum Label {
 
 /// Decodes patches against the codes of the flat and the steep family.
 pub(super) struct Decoder<'a> {
-    pub(super) flat: Code,
-    pub(super) steep: Code,
+    pub(super) flat: &'a Code,
+    pub(super) steep: &'a Code,
     pub(super) colours: &'a Colours,
     pub(super) links: &'a [Link],
     pub(super) settings: &'a DecodeSettings,
@@ -56,8 +56,8 @@ impl Decoder<'_> {
 
     fn code(&self, family: Axis) -> &Code {
         match family {
-            Axis::Row => &self.flat,
-            Axis::Column => &self.steep,
+            Axis::Row => self.flat,
+            Axis::Column => self.steep,
         }
     }
 

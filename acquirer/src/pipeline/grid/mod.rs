@@ -1,6 +1,6 @@
 //! The decoded grid: crossings with their place in the pattern, and what was dropped and why.
 //!
-//! [`find_grid`] takes the crossings and the evidence for their lines' colours, links neighbours into
+//! [`Decoding::find_grid`] takes the crossings and the evidence for their lines' colours, links neighbours into
 //! patches with integer places (`links`), finds each patch's place in the codes (`code`, `labels`), checks the
 //! labels against the epipolar geometry (`checks`) and places the vertices (`vertices`). What is not certain is
 //! dropped with a reason, never guessed.
@@ -18,7 +18,7 @@ use shared::{
     pattern::{Axis, Corner, GridIndex},
 };
 
-pub use find::{DecodeSettings, Observed, find_grid};
+pub use find::{DecodeSettings, Decoding, Observed};
 
 /// A crossing whose row and column are known.
 #[derive(Debug, Clone, PartialEq)]

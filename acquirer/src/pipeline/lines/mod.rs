@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use shared::pattern::Axis;
 
 pub use ridges::Ridge;
+use ridges::Ridges;
 pub use tracks::Track;
 
 use super::{gain::GainImage, plane::Plane};
@@ -90,19 +91,28 @@ pub struct Family {
     pub width_px: f64,
 }
 
+/// What finding lines keeps between frames.
+#[derive(Debug, Default)]
+pub struct LineBuffers {
+    ridges: Ridges,
+    scale: scale::ScaleBuffers,
+}
+
 /// Finds the lines of both families.
 #[must_use]
-pub fn find_lines(image: &GainImage, shrink: f64, settings: &LineSettings) -> Lines {
-    let flat = GainImage {
-        gain: image.gain.transposed(),
-        power: image.power.transposed(),
-    };
-    let column_width = scale::line_width(&image.gain, settings);
-    let row_width = scale::line_width(&flat.gain, settings);
-    let family = |image: &GainImage, width_px: f64, other_width_px: f64| {
-        let ridges = ridges::find_ridges(image, shrink as f32, width_px, settings);
+pub fn find_lines(
+    image: &GainImage,
+    shrink: f64,
+    settings: &LineSettings,
+    buffers: &mut LineBuffers,
+) -> Lines {
+    let mut width = |family| scale::line_width(&image.gain, family, settings, &mut buffers.scale);
+    let widths = [width(Axis::Row), width(Axis::Column)];
+    let mut family = |family: Axis, width_px: f64, other_width_px: f64| {
+        let ridges = &mut buffers.ridges;
+        ridges.find(image, family, (shrink as f32, width_px), settings);
         let gap_px = settings.bridge_px + 1.5 * other_width_px;
-        let pieces = tracks::follow(&ridges, width_px, gap_px, settings);
+        let pieces = tracks::follow(ridges, width_px, gap_px, settings);
         let disturbed_px = 0.5 * other_width_px + 2.0;
         Family {
             tracks: join::join(&pieces, gap_px, disturbed_px, settings.gate_px),
@@ -110,8 +120,8 @@ pub fn find_lines(image: &GainImage, shrink: f64, settings: &LineSettings) -> Li
         }
     };
     Lines {
-        columns: family(image, column_width, row_width),
-        rows: family(&flat, row_width, column_width),
+        columns: family(Axis::Column, widths[1], widths[0]),
+        rows: family(Axis::Row, widths[0], widths[1]),
     }
 }
 
@@ -134,6 +144,7 @@ fn half_kernel(sigma: f64, derivative: bool) -> Vec<f32> {
 }
 
 /// The rows of a plane near `y`, smoothed along y into one row padded by `pad` border values.
+#[inline(always)]
 fn smoothed_row(plane: &Plane, y: usize, along: &[f32], pad: usize, out: &mut Vec<f32>) {
     let width = plane.width();
     out.clear();

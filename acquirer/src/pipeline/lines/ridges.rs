@@ -1,11 +1,16 @@
-//! Where each picture row crosses the middle of a steep line.
+//! Where each picture row crosses the middle of a steep line, and each picture column that of a flat one.
+//!
+//! Both families are looked for in the picture as it lies in memory, strip by strip: smoothed along the lines,
+//! differentiated across them, and every fall through zero that is steep enough is a ridge.
 
+use pulp::Arch;
 use rayon::prelude::*;
+use shared::pattern::Axis;
 
 use super::{LineSettings, half_kernel, smoothed_row};
 use crate::pipeline::gain::GainImage;
 
-/// A point of one picture row on the middle of a line.
+/// A point on the middle of a line, in one picture row or column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ridge {
     /// Position across the line, edge coordinates.
@@ -27,34 +32,143 @@ const CORRELATED: f32 = 2.0;
 /// A ridge that continues a track may have this share of the strength of one that begins it.
 const WEAK_SHARE: f32 = 0.5;
 
-/// The ridges of each picture row, sorted by position.
-pub(super) fn find_ridges(
-    image: &GainImage,
-    shrink: f32,
-    width_px: f64,
-    settings: &LineSettings,
-) -> Vec<Vec<Ridge>> {
-    let (width, height) = (image.gain.width(), image.gain.height());
-    if width < 3 {
-        return vec![Vec::new(); height];
+/// Picture rows that one thread takes at a time.
+const STRIP: usize = 32;
+
+/// The ridges of one family, kept between frames: for each pixel along the lines those across, in order.
+#[derive(Debug, Clone, Default)]
+pub struct Ridges {
+    /// Where each pixel's ridges begin in `all`, and one past the last.
+    starts: Vec<usize>,
+    all: Vec<Ridge>,
+    strips: Vec<Strip>,
+    tiles: Vec<Vec<f32>>,
+}
+
+/// What one thread works with.
+#[derive(Debug, Clone, Default)]
+struct Strip {
+    smooth: Vec<f32>,
+    slopes: [Vec<f32>; 2],
+    /// Ridges and their pixel along the line.
+    found: Vec<(usize, Ridge)>,
+}
+
+impl Ridges {
+    /// Pixels along the lines.
+    pub(super) fn len(&self) -> usize {
+        self.starts.len().saturating_sub(1)
     }
-    let smooth = settings.smooth_along_px.clamp(0.5, 5.0);
-    let sigma = (SIGMA_PER_WIDTH * width_px).max(0.8);
-    let pass = Pass {
-        image,
-        shrink,
-        along: half_kernel(smooth, false),
-        across: half_kernel(sigma, true),
-        sigma: sigma as f32,
-        noise: CORRELATED * settings.noise_sigma as f32 * kernel_norm(sigma, smooth),
-        least: settings.share_of_full as f32 * FULL_STRENGTH,
-    };
-    let mut ridges: Vec<Vec<Ridge>> = (0..height)
-        .into_par_iter()
-        .map_init(Default::default, |buffers, y| pass.row(y, buffers))
-        .collect();
-    compare_with_neighbourhood(&mut ridges, width, settings);
-    ridges
+
+    /// The ridges of one pixel along, sorted by position across.
+    pub(super) fn row(&self, along: usize) -> &[Ridge] {
+        &self.all[self.starts[along]..self.starts[along + 1]]
+    }
+
+    /// Finds the ridges of one family: flat lines along x, steep ones along y.
+    pub(super) fn find(
+        &mut self,
+        image: &GainImage,
+        family: Axis,
+        (shrink, width_px): (f32, f64),
+        settings: &LineSettings,
+    ) {
+        let (width, height) = (image.gain.width(), image.gain.height());
+        let (along, across) = match family {
+            Axis::Row => (width, height),
+            Axis::Column => (height, width),
+        };
+        self.strips.resize_with(height.div_ceil(STRIP), Strip::default);
+        let pass = Pass::new(image, shrink, width_px, settings);
+        let arch = Arch::new();
+        let strips = self.strips.par_iter_mut().enumerate();
+        strips.for_each(|(k, strip)| {
+            strip.found.clear();
+            let rows = k * STRIP..((k + 1) * STRIP).min(height);
+            if width >= 3 {
+                arch.dispatch(|| match family {
+                    Axis::Row => pass.flat(rows, strip),
+                    Axis::Column => pass.steep(rows, strip),
+                });
+            }
+        });
+        self.gather(along);
+        self.compare_with_neighbourhood(across, settings);
+    }
+
+    /// Sorts what the strips found by the pixel along; across it is in order already.
+    fn gather(&mut self, along: usize) {
+        self.starts.clear();
+        self.starts.resize(along + 1, 0);
+        let found = || self.strips.iter().flat_map(|strip| &strip.found);
+        for &(at, _) in found() {
+            self.starts[at + 1] += 1;
+        }
+        for at in 0..along {
+            self.starts[at + 1] += self.starts[at];
+        }
+        self.all.clear();
+        let blank = Ridge {
+            across: 0.0,
+            strength: 0.0,
+            strong: false,
+        };
+        self.all.resize(self.starts[along], blank);
+        for &(at, ridge) in found() {
+            self.all[self.starts[at]] = ridge;
+            self.starts[at] += 1; // now the end of its pixel, which is the start of the next
+        }
+        self.starts.copy_within(0..along, 1);
+        if let Some(first) = self.starts.first_mut() {
+            *first = 0;
+        }
+    }
+
+    /// Keeps ridges that are not faint beside the lines around them.
+    fn compare_with_neighbourhood(&mut self, across: usize, settings: &LineSettings) {
+        let side = settings.tile_px.clamp(8, 512);
+        let columns = across.div_ceil(side).max(1);
+        let tile = |ridge: &Ridge| (ridge.across as usize / side).min(columns - 1);
+        let share = settings.share_of_local as f32;
+        self.tiles.resize_with(columns, Vec::new);
+        let mut kept = 0;
+        for band in (0..self.len()).step_by(side) {
+            let rows = band..(band + side).min(self.len());
+            let range = self.starts[rows.start]..self.starts[rows.end];
+            self.tiles.iter_mut().for_each(Vec::clear);
+            for ridge in self.all[range].iter().filter(|ridge| ridge.strong) {
+                self.tiles[tile(ridge)].push(ridge.strength);
+            }
+            for strengths in &mut self.tiles {
+                upper_quartile_first(strengths);
+            }
+            for row in rows {
+                let range = self.starts[row]..self.starts[row + 1];
+                self.starts[row] = kept;
+                for at in range {
+                    let mut ridge = self.all[at];
+                    let limit = share * self.tiles[tile(&ridge)].first().unwrap_or(&0.0);
+                    ridge.strong &= ridge.strength > limit;
+                    if ridge.strength > WEAK_SHARE * limit {
+                        self.all[kept] = ridge;
+                        kept += 1;
+                    }
+                }
+            }
+        }
+        if let Some(last) = self.starts.last_mut() {
+            *last = kept;
+        }
+    }
+}
+
+/// Puts the upper quartile of some values in the first place.
+fn upper_quartile_first(values: &mut [f32]) {
+    let at = values.len() * 3 / 4;
+    if at < values.len() {
+        values.select_nth_unstable_by(at, f32::total_cmp);
+        values.swap(0, at);
+    }
 }
 
 /// Standard deviation of the strength for independent noise of 1 per pixel.
@@ -75,66 +189,126 @@ struct Pass<'a> {
     least: f32,
 }
 
-impl Pass<'_> {
-    fn row(&self, y: usize, (smooth, slope): &mut (Vec<f32>, Vec<f32>)) -> Vec<Ridge> {
-        let width = self.image.gain.width();
-        let pad = self.across.len();
-        smoothed_row(&self.image.gain, y, &self.along, pad, smooth);
-        slope.clear();
-        slope.resize(width, 0.0);
+impl<'a> Pass<'a> {
+    fn new(image: &'a GainImage, shrink: f32, width_px: f64, settings: &LineSettings) -> Self {
+        let smooth = settings.smooth_along_px.clamp(0.5, 5.0);
+        let sigma = (SIGMA_PER_WIDTH * width_px).max(0.8);
+        Self {
+            image,
+            shrink,
+            along: half_kernel(smooth, false),
+            across: half_kernel(sigma, true),
+            sigma: sigma as f32,
+            noise: CORRELATED * settings.noise_sigma as f32 * kernel_norm(sigma, smooth),
+            least: settings.share_of_full as f32 * FULL_STRENGTH,
+        }
+    }
+
+    /// Steep lines: smoothed down the picture, differentiated along its rows.
+    #[inline(always)]
+    fn steep(&self, rows: std::ops::Range<usize>, strip: &mut Strip) {
+        let (width, pad) = (self.image.gain.width(), self.across.len());
+        let Strip {
+            smooth,
+            slopes: [slope, _],
+            found,
+        } = strip;
+        for y in rows {
+            smoothed_row(&self.image.gain, y, &self.along, pad, smooth);
+            slope.clear();
+            slope.resize(width, 0.0);
+            for (k, &weight) in self.across.iter().enumerate().skip(1) {
+                let left = &smooth[pad - k..pad - k + width];
+                let right = &smooth[pad + k..pad + k + width];
+                for ((v, &a), &b) in slope.iter_mut().zip(left).zip(right) {
+                    *v += weight * (b - a);
+                }
+            }
+            let power = self.image.power.row(y);
+            self.falls(&slope[..width - 1], &slope[1..], |x, before, after| {
+                let at = x as f32 + 0.5;
+                let p = 0.5 * (power[x] + power[x + 1]);
+                found.extend(self.ridge(at, before, after, p).map(|ridge| (y, ridge)));
+            });
+        }
+    }
+
+    /// Flat lines: differentiated down the picture, smoothed along its rows.
+    #[inline(always)]
+    fn flat(&self, rows: std::ops::Range<usize>, strip: &mut Strip) {
+        let last = self.image.gain.height() - 1;
+        let Strip {
+            smooth,
+            slopes: [upper, lower],
+            found,
+        } = strip;
+        self.slope_down(rows.start, smooth, upper);
+        for y in rows.start..rows.end.min(last) {
+            self.slope_down(y + 1, smooth, lower);
+            let power = (self.image.power.row(y), self.image.power.row(y + 1));
+            self.falls(upper, lower, |x, before, after| {
+                let at = y as f32 + 0.5;
+                let p = 0.5 * (power.0[x] + power.1[x]);
+                found.extend(self.ridge(at, before, after, p).map(|ridge| (x, ridge)));
+            });
+            std::mem::swap(upper, lower);
+        }
+    }
+
+    #[inline(always)]
+    fn slope_down(&self, y: usize, raw: &mut Vec<f32>, slope: &mut Vec<f32>) {
+        let gain = &self.image.gain;
+        let (width, pad) = (gain.width(), self.along.len());
+        raw.clear();
+        raw.resize(width + 2 * pad, 0.0);
+        let middle = &mut raw[pad..pad + width];
         for (k, &weight) in self.across.iter().enumerate().skip(1) {
-            let (left, right) = (
-                &smooth[pad - k..pad - k + width],
-                &smooth[pad + k..pad + k + width],
-            );
-            for ((v, &a), &b) in slope.iter_mut().zip(left).zip(right) {
+            let (above, below) = (gain.row(y.saturating_sub(k)), gain.row(y + k));
+            for ((v, &a), &b) in middle.iter_mut().zip(above).zip(below) {
                 *v += weight * (b - a);
             }
         }
-        let power = self.image.power.row(y);
-        let mut found = Vec::new();
-        for x in 0..width - 1 {
-            let (before, after) = (slope[x], slope[x + 1]);
-            if before > 0.0 && after <= 0.0 {
-                let strength = self.sigma * self.sigma * (before - after);
-                let p = 0.5 * (power[x] + power[x + 1]);
-                let noise = self.noise * p.sqrt() / (p + self.shrink);
-                if strength > WEAK_SHARE * self.least.max(noise) {
-                    found.push(Ridge {
-                        across: x as f32 + 0.5 + before / (before - after),
-                        strength,
-                        strong: strength > self.least.max(noise),
-                    });
+        let (first, end) = (raw[pad], raw[pad + width - 1]);
+        raw[..pad].fill(first);
+        raw[pad + width..].fill(end);
+        slope.clear();
+        slope.resize(width, 0.0);
+        for (k, &weight) in self.along.iter().enumerate() {
+            let weight = if k == 0 { 0.5 * weight } else { weight };
+            let left = &raw[pad - k..pad - k + width];
+            let right = &raw[pad + k..pad + k + width];
+            for ((v, &a), &b) in slope.iter_mut().zip(left).zip(right) {
+                *v += weight * (a + b);
+            }
+        }
+    }
+
+    /// Calls `at` where the slope falls through zero from `before` to `after` steeply enough for a weak ridge.
+    #[inline(always)]
+    fn falls(&self, before: &[f32], after: &[f32], mut at: impl FnMut(usize, f32, f32)) {
+        const TOGETHER: usize = 16; // pixels that are looked at in one go: hardly any has a ridge
+        let fall = WEAK_SHARE * self.least / (self.sigma * self.sigma);
+        let is_ridge = |b: f32, a: f32| (b > 0.0) & (a <= 0.0) & (b - a > fall);
+        let blocks = before.chunks(TOGETHER).zip(after.chunks(TOGETHER));
+        for (block, (b, a)) in blocks.enumerate() {
+            let any = b.iter().zip(a).fold(false, |any, (&b, &a)| any | is_ridge(b, a));
+            if any {
+                for (k, (&b, &a)) in b.iter().zip(a).enumerate() {
+                    if is_ridge(b, a) {
+                        at(block * TOGETHER + k, b, a);
+                    }
                 }
             }
         }
-        found
     }
-}
 
-/// Keeps ridges that are not faint beside the lines around them.
-fn compare_with_neighbourhood(ridges: &mut [Vec<Ridge>], width: usize, settings: &LineSettings) {
-    let side = settings.tile_px.clamp(8, 512);
-    let columns = width.div_ceil(side);
-    for band in ridges.chunks_mut(side) {
-        let mut strengths = vec![Vec::new(); columns];
-        for ridge in band.iter().flatten().filter(|ridge| ridge.strong) {
-            strengths[(ridge.across as usize / side).min(columns - 1)].push(ridge.strength);
-        }
-        let typical: Vec<f32> = strengths
-            .iter_mut()
-            .map(|tile| {
-                tile.sort_by(f32::total_cmp);
-                tile.get(tile.len() * 3 / 4).copied().unwrap_or(0.0)
-            })
-            .collect();
-        for row in band {
-            row.retain_mut(|ridge| {
-                let tile = (ridge.across as usize / side).min(columns - 1);
-                let limit = settings.share_of_local as f32 * typical[tile];
-                ridge.strong &= ridge.strength > limit;
-                ridge.strength > WEAK_SHARE * limit
-            });
-        }
+    fn ridge(&self, at: f32, before: f32, after: f32, power: f32) -> Option<Ridge> {
+        let strength = self.sigma * self.sigma * (before - after);
+        let noise = self.noise * power.sqrt() / (power + self.shrink);
+        (strength > WEAK_SHARE * noise).then(|| Ridge {
+            across: at + before / (before - after),
+            strength,
+            strong: strength > self.least.max(noise),
+        })
     }
 }

@@ -4,50 +4,88 @@
 //! s = w/2 (T. Lindeberg, "Edge detection and ridge detection with automatic scale selection", 1998). A few
 //! picture rows suffice. Many different widths in one picture give a middle one.
 
+use pulp::Arch;
+use shared::pattern::Axis;
+
 use super::{LineSettings, half_kernel, smoothed_row};
 use crate::pipeline::plane::Plane;
 
 /// From one scale to the next.
 const STEP: f64 = 1.25;
-/// Rows looked at, spread over the picture.
-const ROWS: usize = 64;
+/// Picture rows (or columns) looked at, spread over the picture.
+const ROWS: usize = 24;
 
-/// The typical width across x of steep lines, in pixels, within the settings' range.
-pub(super) fn line_width(gain: &Plane, settings: &LineSettings) -> f64 {
+/// What the scale search keeps between frames.
+#[derive(Debug, Default)]
+pub(super) struct ScaleBuffers {
+    row: Vec<f32>,
+    ridge: Vec<f32>,
+    votes: Vec<f64>,
+}
+
+/// The typical width of one family's lines across x (steep lines) or y (flat ones), in pixels, within the
+/// settings' range.
+pub(super) fn line_width(
+    gain: &Plane,
+    family: Axis,
+    settings: &LineSettings,
+    buffers: &mut ScaleBuffers,
+) -> f64 {
     let narrowest = settings.narrowest_px.clamp(1.6, 64.0);
     let widest = settings.widest_px.clamp(narrowest, 64.0);
-    if gain.width() < 3 || gain.height() < 1 {
+    if gain.width() < 3 || gain.height() < 3 {
         return narrowest;
     }
     let along = half_kernel(settings.smooth_along_px.clamp(0.5, 5.0), false);
     let scales = ((widest / narrowest).ln() / STEP.ln()).ceil() as i32 + 1;
     let widths: Vec<f64> = (0..scales).map(|k| narrowest * STEP.powi(k)).collect();
+    let kernels: Vec<Vec<f32>> = widths.iter().map(|width| ridge_kernel(0.5 * width)).collect();
     let pad = (3.0 * widths[widths.len() - 1]).ceil() as usize + 2;
-    let mut votes = vec![0.0f64; widths.len()];
-    let (mut row, mut ridge) = (Vec::new(), Vec::new());
-    let rows = ROWS.min(gain.height());
+    let ScaleBuffers { row, ridge, votes } = buffers;
+    votes.clear();
+    votes.resize(widths.len(), 0.0);
+    let length = match family {
+        Axis::Row => gain.width(),
+        Axis::Column => gain.height(),
+    };
+    let rows = ROWS.min(length);
+    let arch = Arch::new();
     for k in 0..rows {
-        smoothed_row(
-            gain,
-            (2 * k + 1) * gain.height() / (2 * rows),
-            &along,
-            pad,
-            &mut row,
-        );
-        for (vote, &width) in votes.iter_mut().zip(&widths) {
-            ridge_row(&row, pad, 0.5 * width, &mut ridge);
-            *vote += strongest(&ridge);
+        let at = (2 * k + 1) * length / (2 * rows);
+        match family {
+            Axis::Row => smoothed_column(gain, at, &along, pad, row),
+            Axis::Column => smoothed_row(gain, at, &along, pad, row),
         }
+        arch.dispatch(|| {
+            for (vote, kernel) in votes.iter_mut().zip(&kernels) {
+                ridge_row(row, pad, kernel, ridge);
+                *vote += strongest(ridge);
+            }
+        });
     }
-    refine(&widths, &votes)
+    refine(&widths, votes)
 }
 
-/// -s^2 times the second derivative of a padded row.
-fn ridge_row(row: &[f32], pad: usize, sigma: f64, out: &mut Vec<f32>) {
-    let gauss = half_kernel(sigma, false);
-    let width = row.len() - 2 * pad;
+/// As [`smoothed_row`], for a column of the picture.
+fn smoothed_column(plane: &Plane, x: usize, along: &[f32], pad: usize, out: &mut Vec<f32>) {
+    let last = plane.width() - 1;
     out.clear();
-    out.resize(width, 0.0);
+    out.resize(plane.height() + 2 * pad, 0.0);
+    for (y, sum) in out[pad..pad + plane.height()].iter_mut().enumerate() {
+        let row = plane.row(y);
+        for (k, &weight) in along.iter().enumerate() {
+            let weight = if k == 0 { 0.5 * weight } else { weight };
+            *sum += weight * (row[x.saturating_sub(k)] + row[(x + k).min(last)]);
+        }
+    }
+    let (first, end) = (out[pad], out[pad + plane.height() - 1]);
+    out[..pad].fill(first);
+    out[pad + plane.height()..].fill(end);
+}
+
+/// -s^2 times a Gaussian's second derivative, without mean.
+fn ridge_kernel(sigma: f64) -> Vec<f32> {
+    let gauss = half_kernel(sigma, false);
     let second = |k: usize| 1.0 - (k as f64 / sigma).powi(2);
     // what sampling leaves of the kernel's sum would let a flat picture look like a line
     let sum: f64 = f64::from(gauss[0])
@@ -55,8 +93,19 @@ fn ridge_row(row: &[f32], pad: usize, sigma: f64, out: &mut Vec<f32>) {
             * (1..gauss.len())
                 .map(|k| second(k) * f64::from(gauss[k]))
                 .sum::<f64>();
-    for (k, &g) in gauss.iter().enumerate() {
-        let weight = ((second(k) - sum) * f64::from(g)) as f32;
+    let weights = gauss.iter().enumerate();
+    weights
+        .map(|(k, &g)| ((second(k) - sum) * f64::from(g)) as f32)
+        .collect()
+}
+
+/// A padded row convolved with half a symmetric kernel.
+#[inline(always)]
+fn ridge_row(row: &[f32], pad: usize, kernel: &[f32], out: &mut Vec<f32>) {
+    let width = row.len() - 2 * pad;
+    out.clear();
+    out.resize(width, 0.0);
+    for (k, &weight) in kernel.iter().enumerate() {
         let weight = if k == 0 { 0.5 * weight } else { weight };
         let (left, right) = (
             &row[pad - k..pad - k + width],

@@ -1,6 +1,6 @@
 //! Ridges of successive picture rows linked into tracks.
 
-use super::{LineSettings, Ridge};
+use super::{LineSettings, Ridge, ridges::Ridges};
 
 /// One line followed through the picture: its position across for each pixel along it.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,7 +143,7 @@ const STEEPEST: f32 = 1.3;
 
 /// Links ridges into tracks; a track needs one and a half line widths of strong ridges, at least five.
 pub(super) fn follow(
-    ridges: &[Vec<Ridge>],
+    ridges: &Ridges,
     width_px: f64,
     gap_px: f64,
     settings: &LineSettings,
@@ -153,8 +153,9 @@ pub(super) fn follow(
     let gate = settings.gate_px.clamp(0.5, 5.0) as f32;
     let mut growing: Vec<Growing> = Vec::new();
     let mut done = Vec::new();
-    let mut pairs = Vec::new();
-    for (along, row) in ridges.iter().enumerate() {
+    let (mut pairs, mut track_taken, mut ridge_taken) = (Vec::new(), Vec::new(), Vec::new());
+    for along in 0..ridges.len() {
+        let row = ridges.row(along);
         growing.retain_mut(|track| {
             let goes_on = along - track.last() <= longest_gap + 1;
             if !goes_on {
@@ -163,8 +164,10 @@ pub(super) fn follow(
             goes_on
         });
         candidates(&growing, row, along, gate, &mut pairs);
-        let mut track_taken = vec![false; growing.len()];
-        let mut ridge_taken = vec![false; row.len()];
+        track_taken.clear();
+        track_taken.resize(growing.len(), false);
+        ridge_taken.clear();
+        ridge_taken.resize(row.len(), false);
         for &(_, track, ridge) in &pairs {
             if !track_taken[track] && !ridge_taken[ridge] {
                 (track_taken[track], ridge_taken[ridge]) = (true, true);

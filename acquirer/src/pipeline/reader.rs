@@ -1,0 +1,212 @@
+//! The stages one after another, with all that lives between frames.
+//!
+//! Takes the references of a scene once, then grid captures one by one; gives the decoded grid of each. Pictures
+//! and evidence stay in the same memory from frame to frame. The same frames give the same grids, bit for bit,
+//! on any number of threads.
+
+use image::RgbImage;
+use shared::{
+    geometry::RigCalibration,
+    pattern::{RasterSize, Rgb},
+};
+
+use super::{
+    PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes, colours,
+    crossings::find_crossings,
+    gain::{GainBuffers, GainImage, LineLight, find_gain, merge_gains},
+    grid::{DecodedGrid, Decoding, Observed},
+    lines::{LineBuffers, find_lines},
+    pictures::{self, Seen},
+    reference::{References, dark_cells, find_references},
+    response::{Light, Response},
+};
+
+/// Reads grid captures of one scene.
+#[derive(Debug)]
+pub struct Reader {
+    projected: Projected,
+    calibration: Option<RigCalibration>,
+    settings: PipelineSettings,
+    response: Response,
+    references: References,
+    /// Size of the references' pictures.
+    size: Option<RasterSize>,
+    /// Linear light of the coded grid's colours.
+    colours: Vec<[f32; 3]>,
+    decoding: Decoding,
+    buffers: Buffers,
+    grid: DecodedGrid,
+    pictures: Vec<StagePicture>,
+}
+
+/// What is written anew for every frame.
+#[derive(Debug, Default)]
+struct Buffers {
+    rows: GainBuffers,
+    unary: GainImage,
+    gain: GainImage,
+    lines: LineBuffers,
+}
+
+impl Reader {
+    /// A reader for captures under the given light, black and white projection; either may be empty.
+    ///
+    /// # Errors
+    /// References without pixels or of different sizes.
+    pub fn new(
+        (black, white): (&[RgbImage], &[RgbImage]),
+        projected: &Projected,
+        calibration: Option<&RigCalibration>,
+        settings: &PipelineSettings,
+    ) -> Result<Self, PipelineError> {
+        check_sizes(named(&[("black", black), ("white", white)]))?;
+        let response = Response::new(&settings.response);
+        Ok(Self {
+            references: find_references(black, white, &response, &settings.reference),
+            size: black.first().or(white.first()).map(size),
+            colours: nominal(projected.pattern.coded.colours()),
+            decoding: Decoding::new(&projected.pattern.coded),
+            projected: projected.clone(),
+            calibration: calibration.cloned(),
+            settings: *settings,
+            response,
+            buffers: Buffers::default(),
+            grid: DecodedGrid::default(),
+            pictures: Vec::new(),
+        })
+    }
+
+    /// Reads one frame of the coded grid.
+    ///
+    /// # Errors
+    /// A frame without pixels or of another size than the references.
+    pub fn read(&mut self, frame: &RgbImage) -> Result<&DecodedGrid, PipelineError> {
+        self.read_grids(std::slice::from_ref(frame), &[])?;
+        Ok(&self.grid)
+    }
+
+    /// Reads repeated captures of the coded grid, with the geometry of the unary grid's, if there are any.
+    ///
+    /// # Errors
+    /// No coded capture, captures without pixels or of another size than the references.
+    pub fn read_grids(
+        &mut self,
+        coded: &[RgbImage],
+        unary: &[RgbImage],
+    ) -> Result<&DecodedGrid, PipelineError> {
+        self.check(coded, unary)?;
+        let dark = self.dark_cells(coded, unary);
+        let Some(black) = self.references.black.as_ref().or(dark.as_ref()) else {
+            return Err(PipelineError::NoCodedCapture);
+        };
+        let settings = &self.settings;
+        let buffers = &mut self.buffers;
+        let light = |frames| {
+            let white = self.references.white.as_ref();
+            let noise = self.references.noise;
+            LineLight::new((frames, &self.response), black, white, noise, &settings.gain)
+        };
+        let mut coded = light(coded);
+        let rows = &mut buffers.rows;
+        if !unary.is_empty() {
+            let unary = light(unary);
+            let colour = colours::nominal_response(self.projected.pattern.unary);
+            find_gain(&unary, &[colour], &settings.gain, rows, &mut buffers.unary);
+            coded.take_white_from(&unary, colour);
+        }
+        let geometry = if unary.is_empty() || settings.gain.both_grids {
+            find_gain(&coded, &self.colours, &settings.gain, rows, &mut buffers.gain);
+            if !unary.is_empty() {
+                merge_gains(&mut buffers.gain, &buffers.unary, &settings.gain);
+            }
+            &buffers.gain
+        } else {
+            &buffers.unary
+        };
+        let lines = find_lines(geometry, settings.gain.shrink, &settings.lines, &mut buffers.lines);
+        let crossings = find_crossings(&lines, &settings.crossings);
+        // a unary grid that stood for white says nothing about the gain any more
+        let says_gain = !unary.is_empty() && self.references.white.is_some();
+        let unary_gain = says_gain.then_some(&buffers.unary.gain);
+        let nominal = &self.colours;
+        let colours =
+            colours::find_colours(&coded, unary_gain, &lines, &crossings, nominal, &settings.colours);
+        let observed = Observed {
+            lines: &lines,
+            crossings: &crossings,
+            colours: &colours,
+        };
+        let calibration = self.calibration.as_ref();
+        self.grid =
+            self.decoding
+                .find_grid(observed, &self.projected, calibration, &settings.grid);
+        if settings.pictures {
+            let seen = Seen {
+                references: &self.references,
+                coded: &coded,
+                gain: &geometry.gain,
+                lines: &lines,
+                grid: &self.grid,
+            };
+            self.pictures = pictures::draw(&seen, settings);
+        }
+        Ok(&self.grid)
+    }
+
+    /// What was read last, with its pictures.
+    #[must_use]
+    pub fn into_reading(self) -> StageReading {
+        StageReading {
+            grid: self.grid,
+            pictures: self.pictures,
+        }
+    }
+
+    fn check(&self, coded: &[RgbImage], unary: &[RgbImage]) -> Result<(), PipelineError> {
+        if coded.is_empty() {
+            return Err(PipelineError::NoCodedCapture);
+        }
+        check_sizes(named(&[("coded", coded), ("unary", unary)]))?;
+        let found = size(&coded[0]);
+        match self.size {
+            Some(expected) if expected != found => Err(PipelineError::SizesDiffer {
+                what: "coded".to_owned(),
+                found,
+                expected,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Light under black read from the grids' dark cells, when it was not captured.
+    fn dark_cells(&self, coded: &[RgbImage], unary: &[RgbImage]) -> Option<Light> {
+        if self.references.black.is_some() {
+            return None;
+        }
+        let grids = [coded, unary].into_iter();
+        let lights: Vec<Light> = grids.filter_map(|g| self.response.light(g)).collect();
+        dark_cells(&lights, &self.settings.reference)
+    }
+}
+
+fn size(frame: &RgbImage) -> RasterSize {
+    RasterSize {
+        width: frame.width(),
+        height: frame.height(),
+    }
+}
+
+fn named<'a>(
+    kinds: &[(&'static str, &'a [RgbImage])],
+) -> impl Iterator<Item = (String, &'a RgbImage)> {
+    let frames = kinds.iter().flat_map(|&(what, frames)| frames.iter().map(move |f| (what, f)));
+    let named: Vec<_> = frames.map(|(what, frame)| (what.to_owned(), frame)).collect();
+    named.into_iter()
+}
+
+fn nominal(colours: &[Rgb]) -> Vec<[f32; 3]> {
+    colours
+        .iter()
+        .map(|&colour| colours::nominal_response(colour))
+        .collect()
+}

@@ -11,11 +11,12 @@
 use std::borrow::Cow;
 
 use image::RgbImage;
-use pulp::Arch;
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
+    convolve::wide,
     plane::Plane,
     reference::NoiseLaw,
     response::{CLIPPED_LIGHT, Light, Response},
@@ -247,7 +248,6 @@ fn find_gain_of<const N: usize>(
     }
     buffers.strips.resize_with(height.div_ceil(STRIP), Default::default);
     let filter = Filter::<N>::new(light, colours, settings);
-    let arch = Arch::new();
     let strips = image
         .gain
         .values_mut()
@@ -260,7 +260,14 @@ fn find_gain_of<const N: usize>(
         for (k, (gain, power)) in rows.enumerate() {
             let y = strip * STRIP + k;
             light.response.light_row(light.frames, y, row);
-            arch.dispatch(|| filter.row(light, y, row, gain, power));
+            wide(RowFilter {
+                filter: &filter,
+                light,
+                y,
+                row: &*row,
+                gain,
+                power,
+            });
         }
     });
 }
@@ -292,45 +299,81 @@ impl<const N: usize> Filter<N> {
         }
     }
 
+    /// Filters what fits a block; all rows have the same length.
     #[inline(always)]
-    fn row(
+    fn block(
         &self,
-        light: &LineLight<'_>,
-        y: usize,
-        row: &[Vec<f32>; 3],
+        [lights, blacks, whites]: [[&[f32]; 3]; 3],
         gain: &mut [f32],
         powers: &mut [f32],
     ) {
-        let width = gain.len();
-        let powers = &mut powers[..width];
-        let lights = row.each_ref().map(|channel| &channel[..width]);
-        let blacks = light.black.channels.each_ref().map(|plane| &plane.row(y)[..width]);
-        let whites = light.white.each_ref().map(|plane| &plane.row(y)[..width]);
-        for x in 0..width {
-            let (mut signals, mut weights) = ([0.0f32; 3], [0.0f32; 3]);
-            for c in 0..3 {
-                let (l, k) = (lights[c][x], blacks[c][x]);
+        let mut signals = [[0.0f32; BLOCK]; 3];
+        let mut weights = [[0.0f32; BLOCK]; 3];
+        for c in 0..3 {
+            let [growth, black_growth] = self.growth[c];
+            let (floor, error) = (self.floor[c], self.error);
+            let inputs = lights[c].iter().zip(blacks[c]).zip(whites[c]);
+            let outputs = signals[c].iter_mut().zip(&mut weights[c]);
+            for (((&l, &k), &white), (signal, power)) in inputs.zip(outputs) {
                 // a clipped channel is as good as one without white light
                 let usable = l < CLIPPED_LIGHT;
                 let l = if usable { l } else { k };
-                let white = if usable { whites[c][x] } else { 0.0 };
-                let [growth, black_growth] = self.growth[c];
-                let variance = self.floor[c] + growth * l + black_growth * k;
-                let weight = white / (variance + self.error * white * white);
-                signals[c] = (l - k) * weight;
-                weights[c] = white * weight;
+                let white = if usable { white } else { 0.0 };
+                let variance = floor + growth * l + black_growth * k;
+                let weight = white / (variance + error * white * white);
+                *signal = (l - k) * weight;
+                *power = white * weight;
             }
-            let (mut best, mut best_power) = (f32::MIN, 1.0);
-            for [r, g, b] in self.colours {
-                let signal = signals[0] * r + signals[1] * g + signals[2] * b;
-                let [wr, wg, wb] = weights;
-                let power = wr * (r * r) + wg * (g * g) + wb * (b * b) + self.shrink;
-                let better = signal * best_power > best * power;
-                best = if better { signal } else { best };
-                best_power = if better { power } else { best_power };
+        }
+        gain.fill(f32::MIN);
+        powers.fill(1.0);
+        for [r, g, b] in self.colours {
+            let squares = [r * r, g * g, b * b];
+            let best = gain.iter_mut().zip(powers.iter_mut());
+            for (x, (best, best_power)) in best.enumerate().take(BLOCK) {
+                let signal = signals[0][x] * r + signals[1][x] * g + signals[2][x] * b;
+                let power = weights[0][x] * squares[0]
+                    + weights[1][x] * squares[1]
+                    + weights[2][x] * squares[2]
+                    + self.shrink;
+                let better = signal * *best_power > *best * power;
+                *best = if better { signal } else { *best };
+                *best_power = if better { power } else { *best_power };
             }
-            gain[x] = best / best_power;
-            powers[x] = best_power - self.shrink;
+        }
+        for (gain, power) in gain.iter_mut().zip(powers) {
+            *gain /= *power;
+            *power -= self.shrink;
+        }
+    }
+}
+
+/// Pixels that are filtered together: what they need fits the first-level cache.
+const BLOCK: usize = 128;
+
+/// One row's way through the filter.
+struct RowFilter<'a, const N: usize> {
+    filter: &'a Filter<N>,
+    light: &'a LineLight<'a>,
+    y: usize,
+    row: &'a [Vec<f32>; 3],
+    gain: &'a mut [f32],
+    power: &'a mut [f32],
+}
+
+impl<const N: usize> NullaryFnOnce for RowFilter<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let lights = self.row.each_ref().map(|channel| &channel[..]);
+        let blacks = self.light.black.channels.each_ref().map(|plane| plane.row(self.y));
+        let whites = self.light.white.each_ref().map(|plane| plane.row(self.y));
+        let blocks = self.gain.chunks_mut(BLOCK).zip(self.power.chunks_mut(BLOCK));
+        for (n, (gain, power)) in blocks.enumerate() {
+            let range = n * BLOCK..n * BLOCK + gain.len();
+            let inputs = [lights, blacks, whites].map(|rows| rows.map(|row| &row[range.clone()]));
+            self.filter.block(inputs, gain, power);
         }
     }
 }

@@ -33,6 +33,7 @@ pub mod surface;
 
 pub mod result;
 
+mod convolve;
 mod pictures;
 mod reader;
 mod settings;

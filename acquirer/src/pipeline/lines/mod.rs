@@ -20,7 +20,11 @@ pub use ridges::Ridge;
 use ridges::Ridges;
 pub use tracks::Track;
 
-use super::{gain::GainImage, plane::Plane};
+use super::{
+    convolve::{Pair, convolve, pad_ends},
+    gain::GainImage,
+    plane::Plane,
+};
 
 /// How lines are found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -147,18 +151,9 @@ fn half_kernel(sigma: f64, derivative: bool) -> Vec<f32> {
 #[inline(always)]
 fn smoothed_row(plane: &Plane, y: usize, along: &[f32], pad: usize, out: &mut Vec<f32>) {
     let width = plane.width();
-    out.clear();
     out.resize(width + 2 * pad, 0.0);
-    let middle = &mut out[pad..pad + width];
-    for (k, &weight) in along.iter().enumerate() {
-        let above = plane.row(y.saturating_sub(k));
-        let below = plane.row(y + k);
-        let weight = if k == 0 { 0.5 * weight } else { weight };
-        for ((sum, &a), &b) in middle.iter_mut().zip(above).zip(below) {
-            *sum += weight * (a + b);
-        }
-    }
-    let (first, last) = (out[pad], out[pad + width - 1]);
-    out[..pad].fill(first);
-    out[pad + width..].fill(last);
+    convolve(&mut out[pad..pad + width], along, Pair::Sum, |k| {
+        (plane.row(y.saturating_sub(k)), plane.row(y + k))
+    });
+    pad_ends(out, pad);
 }

@@ -3,12 +3,15 @@
 //! Both families are looked for in the picture as it lies in memory, strip by strip: smoothed along the lines,
 //! differentiated across them, and every fall through zero that is steep enough is a ridge.
 
-use pulp::Arch;
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 use shared::pattern::Axis;
 
 use super::{LineSettings, half_kernel, smoothed_row};
-use crate::pipeline::gain::GainImage;
+use crate::pipeline::{
+    convolve::{Pair, convolve, pad_ends, wide},
+    gain::GainImage,
+};
 
 /// A point on the middle of a line, in one picture row or column.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,15 +83,16 @@ impl Ridges {
         };
         self.strips.resize_with(height.div_ceil(STRIP), Strip::default);
         let pass = Pass::new(image, shrink, width_px, settings);
-        let arch = Arch::new();
         let strips = self.strips.par_iter_mut().enumerate();
         strips.for_each(|(k, strip)| {
             strip.found.clear();
             let rows = k * STRIP..((k + 1) * STRIP).min(height);
             if width >= 3 {
-                arch.dispatch(|| match family {
-                    Axis::Row => pass.flat(rows, strip),
-                    Axis::Column => pass.steep(rows, strip),
+                wide(StripPass {
+                    pass: &pass,
+                    family,
+                    rows,
+                    strip,
                 });
             }
         });
@@ -179,6 +183,26 @@ fn kernel_norm(sigma: f64, smooth: f64) -> f32 {
     (across * along) as f32
 }
 
+/// The pass over one strip.
+struct StripPass<'a> {
+    pass: &'a Pass<'a>,
+    family: Axis,
+    rows: std::ops::Range<usize>,
+    strip: &'a mut Strip,
+}
+
+impl NullaryFnOnce for StripPass<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        match self.family {
+            Axis::Row => self.pass.flat(self.rows, self.strip),
+            Axis::Column => self.pass.steep(self.rows, self.strip),
+        }
+    }
+}
+
 struct Pass<'a> {
     image: &'a GainImage,
     shrink: f32,
@@ -215,15 +239,10 @@ impl<'a> Pass<'a> {
         } = strip;
         for y in rows {
             smoothed_row(&self.image.gain, y, &self.along, pad, smooth);
-            slope.clear();
             slope.resize(width, 0.0);
-            for (k, &weight) in self.across.iter().enumerate().skip(1) {
-                let left = &smooth[pad - k..pad - k + width];
-                let right = &smooth[pad + k..pad + k + width];
-                for ((v, &a), &b) in slope.iter_mut().zip(left).zip(right) {
-                    *v += weight * (b - a);
-                }
-            }
+            convolve(slope, &self.across, Pair::Difference, |k| {
+                (&smooth[pad - k..], &smooth[pad + k..])
+            });
             let power = self.image.power.row(y);
             self.falls(&slope[..width - 1], &slope[1..], |x, before, after| {
                 let at = x as f32 + 0.5;
@@ -259,28 +278,13 @@ impl<'a> Pass<'a> {
     fn slope_down(&self, y: usize, raw: &mut Vec<f32>, slope: &mut Vec<f32>) {
         let gain = &self.image.gain;
         let (width, pad) = (gain.width(), self.along.len());
-        raw.clear();
         raw.resize(width + 2 * pad, 0.0);
-        let middle = &mut raw[pad..pad + width];
-        for (k, &weight) in self.across.iter().enumerate().skip(1) {
-            let (above, below) = (gain.row(y.saturating_sub(k)), gain.row(y + k));
-            for ((v, &a), &b) in middle.iter_mut().zip(above).zip(below) {
-                *v += weight * (b - a);
-            }
-        }
-        let (first, end) = (raw[pad], raw[pad + width - 1]);
-        raw[..pad].fill(first);
-        raw[pad + width..].fill(end);
-        slope.clear();
+        convolve(&mut raw[pad..pad + width], &self.across, Pair::Difference, |k| {
+            (gain.row(y.saturating_sub(k)), gain.row(y + k))
+        });
+        pad_ends(raw, pad);
         slope.resize(width, 0.0);
-        for (k, &weight) in self.along.iter().enumerate() {
-            let weight = if k == 0 { 0.5 * weight } else { weight };
-            let left = &raw[pad - k..pad - k + width];
-            let right = &raw[pad + k..pad + k + width];
-            for ((v, &a), &b) in slope.iter_mut().zip(left).zip(right) {
-                *v += weight * (a + b);
-            }
-        }
+        convolve(slope, &self.along, Pair::Sum, |k| (&raw[pad - k..], &raw[pad + k..]));
     }
 
     /// Calls `at` where the slope falls through zero from `before` to `after` steeply enough for a weak ridge.

@@ -4,11 +4,14 @@
 //! s = w/2 (T. Lindeberg, "Edge detection and ridge detection with automatic scale selection", 1998). A few
 //! picture rows suffice. Many different widths in one picture give a middle one.
 
-use pulp::Arch;
+use pulp::NullaryFnOnce;
 use shared::pattern::Axis;
 
 use super::{LineSettings, half_kernel, smoothed_row};
-use crate::pipeline::plane::Plane;
+use crate::pipeline::{
+    convolve::{Pair, convolve, pad_ends, wide},
+    plane::Plane,
+};
 
 /// From one scale to the next.
 const STEP: f64 = 1.25;
@@ -49,18 +52,18 @@ pub(super) fn line_width(
         Axis::Column => gain.height(),
     };
     let rows = ROWS.min(length);
-    let arch = Arch::new();
     for k in 0..rows {
         let at = (2 * k + 1) * length / (2 * rows);
         match family {
             Axis::Row => smoothed_column(gain, at, &along, pad, row),
             Axis::Column => smoothed_row(gain, at, &along, pad, row),
         }
-        arch.dispatch(|| {
-            for (vote, kernel) in votes.iter_mut().zip(&kernels) {
-                ridge_row(row, pad, kernel, ridge);
-                *vote += strongest(ridge);
-            }
+        wide(RowVotes {
+            row,
+            pad,
+            kernels: &kernels,
+            ridge,
+            votes,
         });
     }
     refine(&widths, votes)
@@ -78,9 +81,7 @@ fn smoothed_column(plane: &Plane, x: usize, along: &[f32], pad: usize, out: &mut
             *sum += weight * (row[x.saturating_sub(k)] + row[(x + k).min(last)]);
         }
     }
-    let (first, end) = (out[pad], out[pad + plane.height() - 1]);
-    out[..pad].fill(first);
-    out[pad + plane.height()..].fill(end);
+    pad_ends(out, pad);
 }
 
 /// -s^2 times a Gaussian's second derivative, without mean.
@@ -99,20 +100,26 @@ fn ridge_kernel(sigma: f64) -> Vec<f32> {
         .collect()
 }
 
-/// A padded row convolved with half a symmetric kernel.
-#[inline(always)]
-fn ridge_row(row: &[f32], pad: usize, kernel: &[f32], out: &mut Vec<f32>) {
-    let width = row.len() - 2 * pad;
-    out.clear();
-    out.resize(width, 0.0);
-    for (k, &weight) in kernel.iter().enumerate() {
-        let weight = if k == 0 { 0.5 * weight } else { weight };
-        let (left, right) = (
-            &row[pad - k..pad - k + width],
-            &row[pad + k..pad + k + width],
-        );
-        for ((v, &a), &b) in out.iter_mut().zip(left).zip(right) {
-            *v += weight * (a + b);
+/// The votes of one padded row for each scale.
+struct RowVotes<'a> {
+    row: &'a [f32],
+    pad: usize,
+    kernels: &'a [Vec<f32>],
+    ridge: &'a mut Vec<f32>,
+    votes: &'a mut [f64],
+}
+
+impl NullaryFnOnce for RowVotes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.ridge.resize(self.row.len() - 2 * self.pad, 0.0);
+        for (vote, kernel) in self.votes.iter_mut().zip(self.kernels) {
+            convolve(self.ridge, kernel, Pair::Sum, |k| {
+                (&self.row[self.pad - k..], &self.row[self.pad + k..])
+            });
+            *vote += strongest(self.ridge);
         }
     }
 }

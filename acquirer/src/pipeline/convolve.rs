@@ -42,7 +42,10 @@ pub(super) fn convolve<'a>(
                 _ => add(&mut sums[..a.len()], a, b, weight, pair),
             }
         }
-        block.copy_from_slice(&sums[..block.len()]);
+        match <&mut [f32; BLOCK]>::try_from(&mut *block) {
+            Ok(whole) => *whole = sums,
+            Err(_) => block.copy_from_slice(&sums[..block.len()]),
+        }
     }
 }
 

@@ -155,7 +155,13 @@ impl<'a> LineLight<'a> {
         let mut white = unary.above_black();
         for (plane, share) in white.iter_mut().zip(colour) {
             let pixels = plane.values_mut().iter_mut();
-            pixels.for_each(|v| *v = if *v < CLIPPED_LIGHT { (*v / share).max(0.0) } else { 0.0 });
+            pixels.for_each(|v| {
+                *v = if *v < CLIPPED_LIGHT {
+                    (*v / share).max(0.0)
+                } else {
+                    0.0
+                }
+            });
         }
         self.white = Cow::Owned(white);
         self.white_is_measured = true;
@@ -189,12 +195,18 @@ impl<'a> LineLight<'a> {
             let pixels = strongest.values_mut().iter_mut().zip(channel.values());
             pixels.for_each(|(most, &light)| *most = most.max(light));
         }
-        strongest.values_mut().iter_mut().for_each(|v| *v = v.min(1.0));
+        strongest
+            .values_mut()
+            .iter_mut()
+            .for_each(|v| *v = v.min(1.0));
         let (width, height) = (strongest.width(), strongest.height());
         let mut level = Tiles::quantile(&strongest, settings.tile_px, 0.97).spread(width, height);
         let least = self.noise.floor.iter().copied().fold(0.0, f32::max);
         let least = 4.0 * least.sqrt();
-        level.values_mut().iter_mut().for_each(|v| *v = v.max(least));
+        level
+            .values_mut()
+            .iter_mut()
+            .for_each(|v| *v = v.max(least));
         [level.clone(), level.clone(), level]
     }
 }
@@ -246,7 +258,9 @@ fn find_gain_of<const N: usize>(
     if width == 0 {
         return;
     }
-    buffers.strips.resize_with(height.div_ceil(STRIP), Default::default);
+    buffers
+        .strips
+        .resize_with(height.div_ceil(STRIP), Default::default);
     let filter = Filter::<N>::new(light, colours, settings);
     let strips = image
         .gain
@@ -254,22 +268,25 @@ fn find_gain_of<const N: usize>(
         .par_chunks_mut(STRIP * width)
         .zip(image.power.values_mut().par_chunks_mut(STRIP * width))
         .zip(&mut buffers.strips);
-    strips.enumerate().for_each(|(strip, ((gain, power), row))| {
-        row.iter_mut().for_each(|channel| channel.resize(width, 0.0));
-        let rows = gain.chunks_mut(width).zip(power.chunks_mut(width));
-        for (k, (gain, power)) in rows.enumerate() {
-            let y = strip * STRIP + k;
-            light.response.light_row(light.frames, y, row);
-            wide(RowFilter {
-                filter: &filter,
-                light,
-                y,
-                row: &*row,
-                gain,
-                power,
-            });
-        }
-    });
+    strips
+        .enumerate()
+        .for_each(|(strip, ((gain, power), row))| {
+            row.iter_mut()
+                .for_each(|channel| channel.resize(width, 0.0));
+            let rows = gain.chunks_mut(width).zip(power.chunks_mut(width));
+            for (k, (gain, power)) in rows.enumerate() {
+                let y = strip * STRIP + k;
+                light.response.light_row(light.frames, y, row);
+                wide(RowFilter {
+                    filter: &filter,
+                    light,
+                    y,
+                    row: &*row,
+                    gain,
+                    power,
+                });
+            }
+        });
 }
 
 /// The matched filter over the channels, for `N` colours.
@@ -295,7 +312,9 @@ impl<const N: usize> Filter<N> {
             shrink: settings.shrink.max(1e-6) as f32,
             error: (settings.channel_error * settings.channel_error) as f32,
             floor: noise.floor.map(|floor| floor * (shares[0] + shares[1])),
-            growth: noise.growth.map(|growth| shares.map(|share| growth * share)),
+            growth: noise
+                .growth
+                .map(|growth| shares.map(|share| growth * share)),
         }
     }
 
@@ -367,9 +386,17 @@ impl<const N: usize> NullaryFnOnce for RowFilter<'_, N> {
     #[inline(always)]
     fn call(self) {
         let lights = self.row.each_ref().map(|channel| &channel[..]);
-        let blacks = self.light.black.channels.each_ref().map(|plane| plane.row(self.y));
+        let blacks = self
+            .light
+            .black
+            .channels
+            .each_ref()
+            .map(|plane| plane.row(self.y));
         let whites = self.light.white.each_ref().map(|plane| plane.row(self.y));
-        let blocks = self.gain.chunks_mut(BLOCK).zip(self.power.chunks_mut(BLOCK));
+        let blocks = self
+            .gain
+            .chunks_mut(BLOCK)
+            .zip(self.power.chunks_mut(BLOCK));
         for (n, (gain, power)) in blocks.enumerate() {
             let range = n * BLOCK..n * BLOCK + gain.len();
             let inputs = [lights, blacks, whites].map(|rows| rows.map(|row| &row[range.clone()]));

@@ -92,9 +92,16 @@ fn mask(seen: &Seen<'_>, settings: &PipelineSettings) -> RgbImage {
     let mut picture = grey(&lit);
     let mut light = std::array::from_fn(|_| vec![0.0; width]);
     for y in 0..height {
-        seen.coded.response.light_row(seen.coded.frames, y, &mut light);
+        seen.coded
+            .response
+            .light_row(seen.coded.frames, y, &mut light);
         for x in 0..width {
-            let before = seen.references.clipped.get(y * width + x).copied().unwrap_or(0);
+            let before = seen
+                .references
+                .clipped
+                .get(y * width + x)
+                .copied()
+                .unwrap_or(0);
             if before != 0 || light.iter().any(|channel| channel[x] >= CLIPPED_LIGHT) {
                 picture.put_pixel(x as u32, y as u32, DROPPED_COLOUR);
             }

@@ -104,7 +104,13 @@ impl Reader {
         let light = |frames| {
             let white = self.references.white.as_ref();
             let noise = self.references.noise;
-            LineLight::new((frames, &self.response), black, white, noise, &settings.gain)
+            LineLight::new(
+                (frames, &self.response),
+                black,
+                white,
+                noise,
+                &settings.gain,
+            )
         };
         let mut coded = light(coded);
         let rows = &mut buffers.rows;
@@ -115,7 +121,13 @@ impl Reader {
             coded.take_white_from(&unary, colour);
         }
         let geometry = if unary.is_empty() || settings.gain.both_grids {
-            find_gain(&coded, &self.colours, &settings.gain, rows, &mut buffers.gain);
+            find_gain(
+                &coded,
+                &self.colours,
+                &settings.gain,
+                rows,
+                &mut buffers.gain,
+            );
             if !unary.is_empty() {
                 merge_gains(&mut buffers.gain, &buffers.unary, &settings.gain);
             }
@@ -123,23 +135,34 @@ impl Reader {
         } else {
             &buffers.unary
         };
-        let lines = find_lines(geometry, settings.gain.shrink, &settings.lines, &mut buffers.lines);
+        let lines = find_lines(
+            geometry,
+            settings.gain.shrink,
+            &settings.lines,
+            &mut buffers.lines,
+        );
         let crossings = find_crossings(&lines, &settings.crossings);
         // a unary grid that stood for white says nothing about the gain any more
         let says_gain = !unary.is_empty() && self.references.white.is_some();
         let unary_gain = says_gain.then_some(&buffers.unary.gain);
         let nominal = &self.colours;
-        let colours =
-            colours::find_colours(&coded, unary_gain, &lines, &crossings, nominal, &settings.colours);
+        let colours = colours::find_colours(
+            &coded,
+            unary_gain,
+            &lines,
+            &crossings,
+            nominal,
+            &settings.colours,
+        );
         let observed = Observed {
             lines: &lines,
             crossings: &crossings,
             colours: &colours,
         };
         let calibration = self.calibration.as_ref();
-        self.grid =
-            self.decoding
-                .find_grid(observed, &self.projected, calibration, &settings.grid);
+        self.grid = self
+            .decoding
+            .find_grid(observed, &self.projected, calibration, &settings.grid);
         if settings.pictures {
             let seen = Seen {
                 references: &self.references,
@@ -199,8 +222,12 @@ fn size(frame: &RgbImage) -> RasterSize {
 fn named<'a>(
     kinds: &[(&'static str, &'a [RgbImage])],
 ) -> impl Iterator<Item = (String, &'a RgbImage)> {
-    let frames = kinds.iter().flat_map(|&(what, frames)| frames.iter().map(move |f| (what, f)));
-    let named: Vec<_> = frames.map(|(what, frame)| (what.to_owned(), frame)).collect();
+    let frames = kinds
+        .iter()
+        .flat_map(|&(what, frames)| frames.iter().map(move |f| (what, f)));
+    let named: Vec<_> = frames
+        .map(|(what, frame)| (what.to_owned(), frame))
+        .collect();
     named.into_iter()
 }
 

@@ -85,7 +85,10 @@ pub fn find_references(
     let noise = noise_law(&[black, white], response, settings);
     let black = response.light(black);
     let lit = response.light(white);
-    let pixels = black.as_ref().or(lit.as_ref()).map_or(0, |l| l.clipped.len());
+    let pixels = black
+        .as_ref()
+        .or(lit.as_ref())
+        .map_or(0, |l| l.clipped.len());
     let mut clipped = vec![0; pixels];
     for light in [&black, &lit].into_iter().flatten() {
         let bits = clipped.iter_mut().zip(&light.clipped);
@@ -103,7 +106,10 @@ pub fn find_references(
 fn white_above(mut white: [Plane; 3], black: Option<&Light>, clipped: &[u8]) -> [Plane; 3] {
     for (c, plane) in white.iter_mut().enumerate() {
         if let Some(black) = black {
-            let pixels = plane.values_mut().iter_mut().zip(black.channels[c].values());
+            let pixels = plane
+                .values_mut()
+                .iter_mut()
+                .zip(black.channels[c].values());
             pixels.for_each(|(w, &k)| *w = (*w - k).max(0.0));
         }
         let pixels = plane.values_mut().iter_mut().zip(clipped);

@@ -198,7 +198,7 @@ impl Sampler<'_> {
         axis: Axis,
     ) -> Unit {
         /// Samples on one arm: more of them hardly tell more.
-        const MOST: f64 = 12.0;
+        const MOST: f64 = 8.0;
         let ways = [0, 1].map(|side| (arms.outer_px[side] - arms.inner_px).max(0.0));
         let step_px = (ways[0].max(ways[1]) / MOST).max(1.0);
         let mut unit = Unit {

@@ -75,12 +75,8 @@ impl Unmixing {
 
     /// Variance of corrected light.
     pub(super) fn variance(&self, variance: [f32; 3]) -> [f32; 3] {
-        self.matrix.map(|row| {
-            let terms = row.into_iter().zip(variance);
-            terms
-                .map(|(share, variance)| share * share * variance)
-                .sum()
-        })
+        self.matrix
+            .map(|[r, g, b]| r * r * variance[0] + g * g * variance[1] + b * b * variance[2])
     }
 }
 

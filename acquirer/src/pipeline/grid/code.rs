@@ -77,6 +77,12 @@ pub(super) struct LineEvidence {
 }
 
 impl LineEvidence {
+    /// Forgets everything, but keeps the memory.
+    pub(super) fn clear(&mut self) {
+        self.nats.clear();
+        self.count.clear();
+    }
+
     pub(super) fn add(&mut self, line: usize, nats: &[f32; MAX_COLOURS]) {
         if self.count.len() <= line {
             self.nats.resize(line + 1, [0.0; MAX_COLOURS]);
@@ -127,6 +133,24 @@ impl Code {
             .collect();
         fits.sort_by(|a, b| b.nats.total_cmp(&a.nats).then(a.offset.cmp(&b.offset)));
         fits
+    }
+
+    /// The likeliest place, and its lead over the second in nats; `None` for a code without symbols.
+    pub(super) fn best_place(&self, lines: &LineEvidence, outside_nats: f32) -> Option<(i32, f32)> {
+        let (count, total) = (lines.count.len() as i32, self.symbols.len() as i32);
+        let mut best: Option<(i32, f32)> = None;
+        let mut second = f32::MIN;
+        for offset in 1 - count..total {
+            let nats = self.fit(lines, offset, outside_nats);
+            match best {
+                Some((_, most)) if nats <= most => second = second.max(nats),
+                _ => {
+                    second = best.map_or(second, |(_, most)| most);
+                    best = Some((offset, nats));
+                }
+            }
+        }
+        best.map(|(offset, nats)| (offset, nats - second))
     }
 
     fn fit(&self, lines: &LineEvidence, offset: i32, outside_nats: f32) -> f32 {

@@ -169,22 +169,26 @@ impl Decoder<'_> {
         best: i32,
     ) -> Vec<i32> {
         const MOST: usize = 16;
-        let steps = self.code(family).window + 1;
+        let code = self.code(family);
+        let steps = code.window + 1;
         let mut votes: BTreeMap<i32, usize> = BTreeMap::new();
         let mut seen_at = vec![usize::MAX; patch.nodes.len()];
+        let (mut around, mut lines) = (Vec::new(), LineEvidence::default());
         for start in 0..patch.nodes.len() {
-            let around = neighbourhood(start, neighbours, steps, &mut seen_at);
-            let members = around
-                .into_iter()
-                .map(|k| (patch.nodes[k], patch.places[k]));
-            let lines = self.evidence(family, members);
-            if lines.lines() < self.code(family).window {
+            neighbourhood(start, neighbours, steps, &mut seen_at, &mut around);
+            lines.clear();
+            for &k in &around {
+                let line = line_of(family, patch.places[k]);
+                lines.add(line, &self.colours.on(family)[patch.nodes[k]].nats);
+            }
+            if lines.lines() < code.window {
                 continue;
             }
-            let places = self.places(family, &lines);
-            let second = places.get(1).map_or(f32::MIN, |fit| fit.nats);
-            if places[0].nats - second > self.settings.cut_nats as f32 {
-                *votes.entry(places[0].offset).or_default() += 1;
+            let place = code.best_place(&lines, self.settings.outside_nats as f32);
+            if let Some((offset, lead)) = place
+                && lead > self.settings.cut_nats as f32
+            {
+                *votes.entry(offset).or_default() += 1;
             }
         }
         votes.remove(&best);
@@ -311,8 +315,10 @@ fn neighbourhood(
     neighbours: &[Vec<usize>],
     steps: usize,
     seen_at: &mut [usize],
-) -> Vec<usize> {
-    let mut found = vec![start];
+    found: &mut Vec<usize>,
+) {
+    found.clear();
+    found.push(start);
     seen_at[start] = start;
     let mut first = 0;
     for _ in 0..steps {
@@ -327,7 +333,6 @@ fn neighbourhood(
         }
         first = last;
     }
-    found
 }
 
 /// Min-sum belief propagation with a constant cost for neighbours that differ; gives the cheapest label of

@@ -81,7 +81,8 @@ impl Ridges {
             Axis::Row => (width, height),
             Axis::Column => (height, width),
         };
-        self.strips.resize_with(height.div_ceil(STRIP), Strip::default);
+        self.strips
+            .resize_with(height.div_ceil(STRIP), Strip::default);
         let pass = Pass::new(image, shrink, width_px, settings);
         let strips = self.strips.par_iter_mut().enumerate();
         strips.for_each(|(k, strip)| {
@@ -279,12 +280,17 @@ impl<'a> Pass<'a> {
         let gain = &self.image.gain;
         let (width, pad) = (gain.width(), self.along.len());
         raw.resize(width + 2 * pad, 0.0);
-        convolve(&mut raw[pad..pad + width], &self.across, Pair::Difference, |k| {
-            (gain.row(y.saturating_sub(k)), gain.row(y + k))
-        });
+        convolve(
+            &mut raw[pad..pad + width],
+            &self.across,
+            Pair::Difference,
+            |k| (gain.row(y.saturating_sub(k)), gain.row(y + k)),
+        );
         pad_ends(raw, pad);
         slope.resize(width, 0.0);
-        convolve(slope, &self.along, Pair::Sum, |k| (&raw[pad - k..], &raw[pad + k..]));
+        convolve(slope, &self.along, Pair::Sum, |k| {
+            (&raw[pad - k..], &raw[pad + k..])
+        });
     }
 
     /// Calls `at` where the slope falls through zero from `before` to `after` steeply enough for a weak ridge.
@@ -295,7 +301,10 @@ impl<'a> Pass<'a> {
         let is_ridge = |b: f32, a: f32| (b > 0.0) & (a <= 0.0) & (b - a > fall);
         let blocks = before.chunks(TOGETHER).zip(after.chunks(TOGETHER));
         for (block, (b, a)) in blocks.enumerate() {
-            let any = b.iter().zip(a).fold(false, |any, (&b, &a)| any | is_ridge(b, a));
+            let any = b
+                .iter()
+                .zip(a)
+                .fold(false, |any, (&b, &a)| any | is_ridge(b, a));
             if any {
                 for (k, (&b, &a)) in b.iter().zip(a).enumerate() {
                     if is_ridge(b, a) {

@@ -75,16 +75,59 @@ struct Growing {
     strength: Vec<f32>,
     strong: usize,
     slope: f32,
+    recent: Recent,
+}
+
+/// Sums over the last points of a track, for their least-squares slope.
+#[derive(Debug, Clone, Copy, Default)]
+struct Recent {
+    points: usize,
+    /// Sum of the positions across.
+    sum: f64,
+    /// Sum of the positions across, each times its number from 0.
+    moment: f64,
+}
+
+impl Recent {
+    const MOST: usize = 24;
+
+    /// Takes in the last of a track's positions; the oldest one drops out when there are enough.
+    fn push(&mut self, across: &[f32]) {
+        let newest = across.last().map_or(0.0, |&x| f64::from(x));
+        if self.points == Self::MOST {
+            let oldest = f64::from(across[across.len() - 1 - Self::MOST]);
+            self.sum -= oldest;
+            self.moment -= self.sum;
+            self.points -= 1;
+        }
+        self.moment += self.points as f64 * newest;
+        self.sum += newest;
+        self.points += 1;
+    }
+
+    /// Across per pixel along; 0 until there are enough points.
+    fn slope(&self) -> f32 {
+        const FEWEST: usize = 4;
+        if self.points < FEWEST {
+            return 0.0;
+        }
+        let n = self.points as f64;
+        let top = self.moment - 0.5 * (n - 1.0) * self.sum;
+        (12.0 * top / (n * (n * n - 1.0))) as f32
+    }
 }
 
 impl Growing {
     fn new(start: usize, ridge: &Ridge) -> Self {
+        let mut recent = Recent::default();
+        recent.push(&[ridge.across]);
         Self {
             start,
             across: vec![ridge.across],
             strength: vec![ridge.strength],
             strong: 1,
             slope: 0.0,
+            recent,
         }
     }
 
@@ -109,30 +152,13 @@ impl Growing {
             self.across
                 .push(from + (ridge.across - from) * k as f32 / steps as f32);
             self.strength.push(0.0);
+            self.recent.push(&self.across);
         }
         self.across.push(ridge.across);
         self.strength.push(ridge.strength);
         self.strong += usize::from(ridge.strong);
-        self.slope = self.recent_slope();
-    }
-
-    /// Least-squares slope of the last points; 0 until there are enough.
-    fn recent_slope(&self) -> f32 {
-        const RECENT: usize = 24;
-        const FEWEST: usize = 4;
-        let recent = &self.across[self.across.len().saturating_sub(RECENT)..];
-        let n = recent.len();
-        if n < FEWEST {
-            return 0.0;
-        }
-        let middle = (n - 1) as f32 / 2.0;
-        let (mut top, mut bottom) = (0.0, 0.0);
-        for (k, &x) in recent.iter().enumerate() {
-            let t = k as f32 - middle;
-            top += t * x;
-            bottom += t * t;
-        }
-        top / bottom
+        self.recent.push(&self.across);
+        self.slope = self.recent.slope();
     }
 }
 

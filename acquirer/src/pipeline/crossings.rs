@@ -276,6 +276,10 @@ pub fn median_gap(crossings: &Crossings, axis: Axis) -> f64 {
     gaps.get(gaps.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// Beside a line the derivative's kernel looks so many of its widths up and down, where a leaning line that
+/// crosses comes into view before it is met.
+const DISTURBED_WIDTHS: f64 = 1.3;
+
 fn set_arms(crossings: &mut Crossings, lines: &Lines, settings: &CrossingSettings) {
     let reach = settings.reach.clamp(0.2, 1.0);
     for axis in Axis::BOTH {
@@ -284,8 +288,12 @@ fn set_arms(crossings: &mut Crossings, lines: &Lines, settings: &CrossingSetting
             Axis::Row => lines.columns.width_px,
             Axis::Column => lines.rows.width_px,
         };
-        let inner_px = 0.5 * other_width + settings.margin_px;
-        let shortest = inner_px + 4.0;
+        let other = match axis {
+            Axis::Row => Axis::Column,
+            Axis::Column => Axis::Row,
+        };
+        let undisturbed = 0.5 * other_width + settings.margin_px;
+        let lean_reach = DISTURBED_WIDTHS * lines.family(axis).width_px;
         for track in crossings.on(axis).to_vec() {
             let along: Vec<f64> = track
                 .iter()
@@ -298,6 +306,12 @@ fn set_arms(crossings: &mut Crossings, lines: &Lines, settings: &CrossingSetting
                     f64::MAX
                 };
                 let after = along.get(at + 1).map_or(f64::MAX, |next| next - along[at]);
+                let crossing = &crossings.all[k];
+                let lean = lines.family(other).tracks[crossing.arms(other).track]
+                    .slope(crossing.along(other))
+                    .abs();
+                let inner_px = undisturbed + lean_reach * lean;
+                let shortest = inner_px + 4.0;
                 let longest = if typical > 0.0 {
                     1.5 * typical
                 } else {

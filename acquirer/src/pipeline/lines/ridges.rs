@@ -26,7 +26,7 @@ pub struct Ridge {
 
 /// The derivative's standard deviation in line widths: half a width answers a line best, a little more
 /// averages over the sensor's colour mosaic.
-const SIGMA_PER_WIDTH: f64 = 0.65;
+const SIGMA_PER_WIDTH: f64 = 0.5;
 /// Strength of a line of gain 1 at that scale: (w/s) / sqrt(2 pi) x exp(-(w/s)^2 / 8).
 const FULL_STRENGTH: f32 = 0.456;
 /// Demosaicing and JPEG correlate neighbouring pixels: their noise survives smoothing about so many times
@@ -34,6 +34,11 @@ const FULL_STRENGTH: f32 = 0.456;
 const CORRELATED: f32 = 2.0;
 /// A ridge that continues a track may have this share of the strength of one that begins it.
 const WEAK_SHARE: f32 = 0.5;
+
+/// Where it must be dark beside a ridge, in line widths from its middle.
+const BESIDE_WIDTHS: [f64; 2] = [1.0, 1.3];
+/// Largest share of the ridge's own gain that counts as dark beside it.
+const BESIDE_SHARE: f32 = 0.5;
 
 /// Picture rows that one thread takes at a time.
 const STRIP: usize = 32;
@@ -212,6 +217,8 @@ struct Pass<'a> {
     sigma: f32,
     noise: f32,
     least: f32,
+    /// Distances at which it must be dark beside a ridge, in pixels.
+    beside: [usize; 2],
 }
 
 impl<'a> Pass<'a> {
@@ -226,6 +233,7 @@ impl<'a> Pass<'a> {
             sigma: sigma as f32,
             noise: CORRELATED * settings.noise_sigma as f32 * kernel_norm(sigma, smooth),
             least: settings.share_of_full as f32 * FULL_STRENGTH,
+            beside: BESIDE_WIDTHS.map(|widths| (widths * width_px).round() as usize),
         }
     }
 
@@ -244,11 +252,13 @@ impl<'a> Pass<'a> {
             convolve(slope, &self.across, Pair::Difference, |k| {
                 (&smooth[pad - k..], &smooth[pad + k..])
             });
-            let power = self.image.power.row(y);
+            let (gain, power) = (self.image.gain.row(y), self.image.power.row(y));
             self.falls(&slope[..width - 1], &slope[1..], |x, before, after| {
-                let at = x as f32 + 0.5;
                 let p = 0.5 * (power[x] + power[x + 1]);
-                found.extend(self.ridge(at, before, after, p).map(|ridge| (y, ridge)));
+                if self.stands_alone(x, width, |at| gain[at]) {
+                    let at = x as f32 + 0.5;
+                    found.extend(self.ridge(at, before, after, p).map(|ridge| (y, ridge)));
+                }
             });
         }
     }
@@ -256,7 +266,8 @@ impl<'a> Pass<'a> {
     /// Flat lines: differentiated down the picture, smoothed along its rows.
     #[inline(always)]
     fn flat(&self, rows: std::ops::Range<usize>, strip: &mut Strip) {
-        let last = self.image.gain.height() - 1;
+        let gain = &self.image.gain;
+        let last = gain.height() - 1;
         let Strip {
             smooth,
             slopes: [upper, lower],
@@ -267,9 +278,11 @@ impl<'a> Pass<'a> {
             self.slope_down(y + 1, smooth, lower);
             let power = (self.image.power.row(y), self.image.power.row(y + 1));
             self.falls(upper, lower, |x, before, after| {
-                let at = y as f32 + 0.5;
                 let p = 0.5 * (power.0[x] + power.1[x]);
-                found.extend(self.ridge(at, before, after, p).map(|ridge| (x, ridge)));
+                if self.stands_alone(y, last + 1, |at| gain.row(at)[x]) {
+                    let at = y as f32 + 0.5;
+                    found.extend(self.ridge(at, before, after, p).map(|ridge| (x, ridge)));
+                }
             });
             std::mem::swap(upper, lower);
         }
@@ -313,6 +326,19 @@ impl<'a> Pass<'a> {
                 }
             }
         }
+    }
+
+    /// Whether it is dark on both sides of a ridge between pixels `at` and `at + 1`. Where another line
+    /// crosses or comes near, one side is bright, and the ridge is drawn towards it.
+    #[inline(always)]
+    fn stands_alone(&self, at: usize, length: usize, gain: impl Fn(usize) -> f32) -> bool {
+        let middle = gain(at).max(gain(at + 1));
+        let limit = BESIDE_SHARE * middle;
+        self.beside.iter().all(|&way| {
+            let before = at.checked_sub(way).is_none_or(|at| gain(at) < limit);
+            let after = at + 1 + way >= length || gain(at + 1 + way) < limit;
+            before && after
+        })
     }
 
     fn ridge(&self, at: f32, before: f32, after: f32, power: f32) -> Option<Ridge> {

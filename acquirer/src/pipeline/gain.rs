@@ -289,13 +289,16 @@ fn find_gain_of<const N: usize>(
         });
 }
 
+/// Errors of red, green and blue relative to each other: a colour mosaic samples green twice as densely.
+const BAYER_ERROR: [f64; 3] = [1.0, 0.5, 1.0];
+
 /// The matched filter over the channels, for `N` colours.
 struct Filter<const N: usize> {
     /// Linear responses; the first colour fills what is left.
     colours: [[f32; 3]; N],
     shrink: f32,
-    /// Squared error of a channel as a share of white.
-    error: f32,
+    /// Squared error of each channel as a share of white.
+    error: [f32; 3],
     /// Variance of a dark pixel above black, per channel.
     floor: [f32; 3],
     /// Its growth with the capture's light and with black's.
@@ -310,7 +313,7 @@ impl<const N: usize> Filter<N> {
         Self {
             colours: std::array::from_fn(|k| colours.get(k).copied().unwrap_or(first)),
             shrink: settings.shrink.max(1e-6) as f32,
-            error: (settings.channel_error * settings.channel_error) as f32,
+            error: BAYER_ERROR.map(|share| (share * settings.channel_error).powi(2) as f32),
             floor: noise.floor.map(|floor| floor * (shares[0] + shares[1])),
             growth: noise
                 .growth
@@ -330,7 +333,7 @@ impl<const N: usize> Filter<N> {
         let mut weights = [[0.0f32; BLOCK]; 3];
         for c in 0..3 {
             let [growth, black_growth] = self.growth[c];
-            let (floor, error) = (self.floor[c], self.error);
+            let (floor, error) = (self.floor[c], self.error[c]);
             let inputs = lights[c].iter().zip(blacks[c]).zip(whites[c]);
             let outputs = signals[c].iter_mut().zip(&mut weights[c]);
             for (((&l, &k), &white), (signal, power)) in inputs.zip(outputs) {

@@ -26,37 +26,23 @@ pub(super) fn against_calibration(
     matches.iter().map(off).collect()
 }
 
-/// For each match whether it contradicts the others. Without enough of them nothing does.
-pub(super) fn against_each_other(matches: &[Match], settings: &DecodeSettings) -> Vec<bool> {
+/// Matches that a fundamental matrix is fitted to.
+const SAMPLE: usize = 8;
+/// Most samples that are tried.
+const MOST_ROUNDS: usize = 100;
+
+/// For each match whether it lies further than `limit_px` from the epipolar line that the others give. Without
+/// enough of them none does.
+pub(super) fn against_each_other(matches: &[Match], limit_px: f64) -> Vec<bool> {
     const FEWEST: usize = 20;
-    const ROUNDS: usize = 100;
-    let none = vec![false; matches.len()];
     if matches.len() < FEWEST {
-        return none;
+        return vec![false; matches.len()];
     }
     let points = Normalised::new(matches);
-    let limit = settings.epipolar_px * points.camera_scale;
-    let mut random = 0x2545_f491_4f6c_dd1d_u64;
-    let mut best: Option<(f64, Matrix3<f64>)> = None;
-    for _ in 0..ROUNDS {
-        let sample: Vec<usize> = (0..8)
-            .map(|_| next_random(&mut random) % matches.len())
-            .collect();
-        let Some(f) = points.fundamental(sample.iter().copied()) else {
-            continue;
-        };
-        let cost: f64 = (0..matches.len())
-            .map(|k| points.sampson(&f, k).min(limit))
-            .sum();
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, f));
-        }
-    }
-    let Some((_, first)) = best else {
-        return none;
+    let limit = limit_px * points.camera_scale;
+    let Some(f) = points.consensus(limit) else {
+        return vec![false; matches.len()];
     };
-    let near = (0..matches.len()).filter(|&k| points.sampson(&first, k) < limit);
-    let f = points.fundamental(near).unwrap_or(first);
     let distances: Vec<f64> = (0..matches.len()).map(|k| points.sampson(&f, k)).collect();
     let mut sorted = distances.clone();
     sorted.sort_by(f64::total_cmp);
@@ -71,6 +57,13 @@ fn next_random(state: &mut u64) -> usize {
     *state ^= *state >> 7;
     *state ^= *state << 17;
     (*state >> 33) as usize
+}
+
+/// Samples after which one without a wrong match has come with 99 % probability.
+fn rounds_for(right_share: f64) -> usize {
+    let all_right = right_share.powi(SAMPLE as i32).clamp(1e-6, 1.0 - 1e-6);
+    let rounds = (0.01_f64.ln() / (1.0 - all_right).ln()).ceil();
+    (rounds as usize).clamp(1, MOST_ROUNDS)
 }
 
 /// Matches shifted and scaled to about 1, for the eight-point algorithm.
@@ -89,6 +82,45 @@ impl Normalised {
             projector,
             camera_scale,
         }
+    }
+
+    /// The matrix that most matches agree with, each fit drawn once more from all that agree with it (O. Chum,
+    /// J. Matas and J. Kittler, "Locally optimized RANSAC", 2003): on nearly flat scenes eight matches seldom
+    /// tell the whole geometry. Ends early when a better one is unlikely.
+    fn consensus(&self, limit: f64) -> Option<Matrix3<f64>> {
+        let count = self.camera.len();
+        let mut random = 0x2545_f491_4f6c_dd1d_u64;
+        let mut best: Option<(usize, Matrix3<f64>)> = None;
+        let (mut round, mut rounds) = (0, MOST_ROUNDS);
+        while round < rounds {
+            round += 1;
+            let sample: Vec<usize> = (0..SAMPLE).map(|_| next_random(&mut random) % count).collect();
+            let Some(mut f) = self.fundamental(sample.into_iter()) else {
+                continue;
+            };
+            let mut agree = self.agreeing(&f, limit);
+            if best.as_ref().is_some_and(|(most, _)| agree.len() * 10 < most * 9) {
+                continue;
+            }
+            for _ in 0..2 {
+                if let Some(again) = self.fundamental(agree.iter().copied()) {
+                    let now = self.agreeing(&again, limit);
+                    if now.len() >= agree.len() {
+                        (f, agree) = (again, now);
+                    }
+                }
+            }
+            if best.as_ref().is_none_or(|(most, _)| agree.len() > *most) {
+                rounds = rounds_for(agree.len() as f64 / count as f64);
+                best = Some((agree.len(), f));
+            }
+        }
+        best.map(|(_, f)| f)
+    }
+
+    fn agreeing(&self, f: &Matrix3<f64>, limit: f64) -> Vec<usize> {
+        let all = 0..self.camera.len();
+        all.filter(|&k| self.sampson(f, k) < limit).collect()
     }
 
     fn fundamental(&self, chosen: impl Iterator<Item = usize>) -> Option<Matrix3<f64>> {

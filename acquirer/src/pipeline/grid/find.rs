@@ -15,7 +15,12 @@ use super::{
     links::{Link, Patch, find_patches},
     vertices::{Neighbours, Placement, find_vertices},
 };
-use crate::pipeline::{Projected, colours::Colours, crossings::Crossings, lines::Lines};
+use crate::pipeline::{
+    Projected,
+    colours::Colours,
+    crossings::{Crossings, median_gap},
+    lines::Lines,
+};
 
 /// How crossings are linked and decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -212,13 +217,22 @@ impl Reading<'_> {
             .collect();
         let off = match self.calibration {
             Some(calibration) => checks::against_calibration(&matches, calibration, self.settings),
-            None => checks::against_each_other(&matches, self.settings),
+            None => checks::against_each_other(&matches, self.uncalibrated_limit_px()),
         };
         for (k, off) in known.into_iter().zip(off) {
             if off {
                 outcome[k] = Err(DropReason::OffEpipolarLine);
             }
         }
+    }
+
+    /// A wrong label is off by a whole pitch at least, so a good part of it is allowed for what an uncalibrated
+    /// check does not know, above all lens distortion.
+    fn uncalibrated_limit_px(&self) -> f64 {
+        const SHARE_OF_PITCH: f64 = 0.2;
+        let crossings = self.observed.crossings;
+        let [a, b] = Axis::BOTH.map(|axis| median_gap(crossings, axis));
+        self.settings.epipolar_px.max(SHARE_OF_PITCH * a.min(b))
     }
 
     fn projector_centre(&self, index: GridIndex) -> ProjectorPixel {

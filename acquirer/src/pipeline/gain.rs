@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     convolve::wide,
     plane::Plane,
-    reference::NoiseLaw,
+    reference::{NoiseLaw, References},
     response::{CLIPPED_LIGHT, Light, Response},
     tiles::Tiles,
 };
@@ -69,8 +69,10 @@ pub struct LineLight<'a> {
     pub response: &'a Response,
     /// Light under black projection.
     pub black: &'a Light,
-    /// Light that a white line would give, per channel; 0 where that channel can't be used.
+    /// Light that a white line would give, per channel; at least so much where it was clipped.
     pub white: Cow<'a, [Plane; 3]>,
+    /// For each pixel bit 0, 1, 2 is set where the references of red, green, blue were clipped; may be empty.
+    pub clipped: &'a [u8],
     /// Whether `white` was measured; else it is a guess that carries no albedo.
     pub white_is_measured: bool,
     /// The camera's noise.
@@ -84,11 +86,16 @@ pub struct PixelLight {
     pub above_black: [f32; 3],
     /// Light that a white line would give.
     pub white: [f32; 3],
-    /// Variance of `above_black`.
+    /// Variance of `above_black` as a share of `white`: much where either was clipped.
     pub variance: [f32; 3],
-    /// Which channels can be used: neither clipped nor without white light.
+    /// Which channels of the captures are below full scale.
     pub usable: [bool; 3],
 }
+
+/// Variance of clipped light: known to within half of full light at best.
+const CLIPPED_VARIANCE: f32 = 0.25;
+/// Error of light over clipped white, as a share of the light.
+const WHITE_CLIPPED_ERROR: f32 = 0.3;
 
 impl<'a> LineLight<'a> {
     /// Captures over measured black and white light. Without measured white the strongest light of the
@@ -96,17 +103,18 @@ impl<'a> LineLight<'a> {
     pub(super) fn new(
         (frames, response): (&'a [RgbImage], &'a Response),
         black: &'a Light,
-        white: Option<&'a [Plane; 3]>,
-        noise: NoiseLaw,
+        references: &'a References,
         settings: &GainSettings,
     ) -> Self {
+        let white = references.white.as_ref();
         let mut light = Self {
             frames,
             response,
             black,
             white: Cow::Owned(Default::default()),
+            clipped: &references.clipped,
             white_is_measured: white.is_some(),
-            noise,
+            noise: references.noise,
         };
         light.white = match white {
             Some(white) => Cow::Borrowed(white),
@@ -136,11 +144,18 @@ impl<'a> LineLight<'a> {
         let mut pixel = PixelLight::default();
         for c in 0..3 {
             let black = self.black.channels[c].values()[at];
-            pixel.above_black[c] = light[c] - black;
+            pixel.usable[c] = light[c] < CLIPPED_LIGHT;
+            let light = light[c].min(1.0);
+            pixel.above_black[c] = light - black;
             pixel.white[c] = self.white[c].values()[at];
-            pixel.variance[c] = self.noise.variance(c, light[c]) * share
-                + self.noise.variance(c, black) * black_share;
-            pixel.usable[c] = light[c] < CLIPPED_LIGHT && pixel.white[c] > 0.0;
+            pixel.variance[c] =
+                self.noise.variance(c, light) * share + self.noise.variance(c, black) * black_share;
+            if !pixel.usable[c] {
+                pixel.variance[c] += CLIPPED_VARIANCE;
+            } else if self.clipped.get(at).is_some_and(|bits| bits >> c & 1 == 1) {
+                // white is brighter than was seen: a dark line is dark all the same, a bright one may be less so
+                pixel.variance[c] += (WHITE_CLIPPED_ERROR * pixel.above_black[c]).powi(2);
+            }
         }
         pixel
     }
@@ -337,10 +352,7 @@ impl<const N: usize> Filter<N> {
             let inputs = lights[c].iter().zip(blacks[c]).zip(whites[c]);
             let outputs = signals[c].iter_mut().zip(&mut weights[c]);
             for (((&l, &k), &white), (signal, power)) in inputs.zip(outputs) {
-                // a clipped channel is as good as one without white light
-                let usable = l < CLIPPED_LIGHT;
-                let l = if usable { l } else { k };
-                let white = if usable { white } else { 0.0 };
+                let l = if l < CLIPPED_LIGHT { l } else { 1.0 };
                 let variance = floor + growth * l + black_growth * k;
                 let weight = white / (variance + error * white * white);
                 *signal = (l - k) * weight;

@@ -102,15 +102,8 @@ impl Reader {
         let settings = &self.settings;
         let buffers = &mut self.buffers;
         let light = |frames| {
-            let white = self.references.white.as_ref();
-            let noise = self.references.noise;
-            LineLight::new(
-                (frames, &self.response),
-                black,
-                white,
-                noise,
-                &settings.gain,
-            )
+            let captures = (frames, &self.response);
+            LineLight::new(captures, black, &self.references, &settings.gain)
         };
         let mut coded = light(coded);
         let rows = &mut buffers.rows;

@@ -66,7 +66,7 @@ impl NoiseLaw {
 pub struct References {
     /// Light under black projection.
     pub black: Option<Light>,
-    /// Light that white projection adds, per channel; 0 where that channel can't be used.
+    /// Light that white projection adds, per channel; at least so much where it was clipped.
     pub white: Option<[Plane; 3]>,
     /// For each pixel bit 0, 1, 2 is set where red, green, blue was clipped under black or white.
     pub clipped: Vec<u8>,
@@ -105,6 +105,8 @@ pub fn find_references(
 
 fn white_above(mut white: [Plane; 3], black: Option<&Light>, clipped: &[u8]) -> [Plane; 3] {
     for (c, plane) in white.iter_mut().enumerate() {
+        let pixels = plane.values_mut().iter_mut().zip(clipped);
+        pixels.for_each(|(w, &bits)| *w = if bits >> c & 1 == 1 { 1.0 } else { *w });
         if let Some(black) = black {
             let pixels = plane
                 .values_mut()
@@ -112,8 +114,6 @@ fn white_above(mut white: [Plane; 3], black: Option<&Light>, clipped: &[u8]) -> 
                 .zip(black.channels[c].values());
             pixels.for_each(|(w, &k)| *w = (*w - k).max(0.0));
         }
-        let pixels = plane.values_mut().iter_mut().zip(clipped);
-        pixels.for_each(|(w, &bits)| *w = if bits >> c & 1 == 1 { 0.0 } else { *w });
     }
     white
 }

@@ -230,10 +230,8 @@ impl Sampler<'_> {
         unit
     }
 
-    /// The mean of three pixels across the line; `None` where no channel can be used. A channel that can't be
-    /// used gets a variance that all but silences it.
+    /// The mean of three pixels across the line; `None` where all channels are clipped.
     fn sample(&self, axis: Axis, along: f64, across: f64, aside: f64) -> Option<Sample> {
-        const CLIPPED_VARIANCE: f32 = 0.25; // known to within half of full light at best
         let (mut sum, mut gain, mut usable) = (PixelLight::default(), 0.0, [true; 3]);
         for offset in [-aside, 0.0, aside] {
             let (x, y) = match axis {
@@ -252,12 +250,9 @@ impl Sampler<'_> {
         }
         let gain = gain.clamp(0.1, 1.5);
         usable.contains(&true).then(|| Sample {
-            light: std::array::from_fn(|c| if usable[c] { sum.above_black[c] } else { 0.0 }),
+            light: sum.above_black,
             full: sum.white.map(|white| gain * white),
-            variance: std::array::from_fn(|c| match usable[c] {
-                true => sum.variance[c],
-                false => CLIPPED_VARIANCE,
-            }),
+            variance: sum.variance,
         })
     }
 

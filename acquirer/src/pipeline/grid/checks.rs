@@ -94,12 +94,17 @@ impl Normalised {
         let (mut round, mut rounds) = (0, MOST_ROUNDS);
         while round < rounds {
             round += 1;
-            let sample: Vec<usize> = (0..SAMPLE).map(|_| next_random(&mut random) % count).collect();
+            let sample: Vec<usize> = (0..SAMPLE)
+                .map(|_| next_random(&mut random) % count)
+                .collect();
             let Some(mut f) = self.fundamental(sample.into_iter()) else {
                 continue;
             };
             let mut agree = self.agreeing(&f, limit);
-            if best.as_ref().is_some_and(|(most, _)| agree.len() * 10 < most * 9) {
+            if best
+                .as_ref()
+                .is_some_and(|(most, _)| agree.len() * 10 < most * 9)
+            {
                 continue;
             }
             for _ in 0..2 {

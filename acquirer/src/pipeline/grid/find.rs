@@ -131,12 +131,19 @@ impl Reading<'_> {
         let mut best: Option<(usize, Orientation, Labels)> = None;
         for (orientation, codes) in Orientation::ALL.into_iter().zip(&self.decoding.codes) {
             let [flat, steep] = codes;
+            let placement = self.placement(orientation);
+            let epipolar = |node: usize, flat: u16, steep: u16| {
+                let from = self.projector_centre(index(&placement, flat, steep)?);
+                let seen = self.observed.crossings.all[node].centre;
+                self.calibration?.sampson_px(seen, from)
+            };
             let decoder = Decoder {
                 flat,
                 steep,
                 colours: self.observed.colours,
                 links: self.links,
                 settings: self.settings,
+                epipolar: self.calibration.map(|_| &epipolar as _),
             };
             let labels = decoder.label(patches);
             let known = labels
@@ -156,13 +163,17 @@ impl Reading<'_> {
         )
     }
 
-    fn finish(&self, orientation: Orientation, labels: &Labels) -> DecodedGrid {
-        let crossings = self.observed.crossings;
-        let placement = Placement {
+    fn placement(&self, orientation: Orientation) -> Placement<'_> {
+        Placement {
             grid: &self.projected.pattern.coded,
             raster: self.projected.raster,
             orientation,
-        };
+        }
+    }
+
+    fn finish(&self, orientation: Orientation, labels: &Labels) -> DecodedGrid {
+        let crossings = self.observed.crossings;
+        let placement = self.placement(orientation);
         let neighbours = Neighbours::new(crossings.all.len(), self.links);
         let mut outcome: Vec<Result<DecodedCrossing, DropReason>> = Vec::new();
         for (node, crossing) in crossings.all.iter().enumerate() {
@@ -176,8 +187,9 @@ impl Reading<'_> {
                         find_vertices(node, (flat, steep), crossings, &neighbours, &placement);
                     let index = index(&placement, flat, steep);
                     vertices
+                        .zip(index)
                         .ok_or(DropReason::BrokenLine)
-                        .map(|vertices| DecodedCrossing {
+                        .map(|(vertices, index)| DecodedCrossing {
                             index,
                             centre: crossing.centre,
                             vertices,
@@ -274,19 +286,16 @@ impl Reading<'_> {
     }
 }
 
-fn index(placement: &Placement<'_>, flat: u16, steep: u16) -> GridIndex {
+/// The pattern's row and column of two lines of the picture; `None` beyond the pattern.
+fn index(placement: &Placement<'_>, flat: u16, steep: u16) -> Option<GridIndex> {
     let flat = placement.pattern_number(Axis::Row, flat);
     let steep = placement.pattern_number(Axis::Column, steep);
-    match placement.orientation.pattern_axis(Axis::Row) {
-        Axis::Row => GridIndex {
-            row: flat,
-            column: steep,
-        },
-        Axis::Column => GridIndex {
-            row: steep,
-            column: flat,
-        },
-    }
+    let (row, column) = match placement.orientation.pattern_axis(Axis::Row) {
+        Axis::Row => (flat, steep),
+        Axis::Column => (steep, flat),
+    };
+    let inside = |axis, line: u16| usize::from(line) < placement.grid.lines(axis);
+    (inside(Axis::Row, row) && inside(Axis::Column, column)).then_some(GridIndex { row, column })
 }
 
 /// Half the width of a crossing's line of the given pattern axis, in camera pixels.

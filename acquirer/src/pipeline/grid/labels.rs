@@ -6,7 +6,8 @@
 //! (maximum likelihood over the whole patch: one wrong colour then does no harm). Where parts of a patch
 //! want different places, because a depth edge was linked, min-sum belief propagation over the likeliest
 //! places (Potts model on the links) cuts it into parts of one place each. A part is accepted with a
-//! margin to the second place and with more lines than a window has. Two surfaces whose colours agree
+//! margin to the second place and with more lines than a window has; with a calibration also a smaller part, if
+//! colours and epipolar lines together leave one place only. Two surfaces whose colours agree
 //! along the wrong link stay together quietly; the position checks may tell.
 
 use std::collections::BTreeMap;
@@ -40,6 +41,9 @@ pub(super) struct Decoder<'a> {
     pub(super) colours: &'a Colours,
     pub(super) links: &'a [Link],
     pub(super) settings: &'a DecodeSettings,
+    /// With a calibration: how far in camera pixels (Sampson) a crossing lies from the epipolar line that it
+    /// would have with these numbers of its flat and its steep line.
+    pub(super) epipolar: Option<&'a dyn Fn(usize, u16, u16) -> Option<f64>>,
 }
 
 impl Decoder<'_> {
@@ -133,14 +137,7 @@ impl Decoder<'_> {
     /// The place in the code (number of the patch's line 0) that each crossing of a patch votes for, its
     /// neighbours considered.
     fn settle(&self, family: Axis, patch: &Patch, neighbours: &[Vec<usize>]) -> Vec<i32> {
-        let nodes = || {
-            patch
-                .nodes
-                .iter()
-                .copied()
-                .zip(patch.places.iter().copied())
-        };
-        let whole = self.places(family, &self.evidence(family, nodes()));
+        let whole = self.places(family, &self.evidence(family, patch.members()));
         let Some(best) = whole.first() else {
             return vec![0; patch.nodes.len()];
         };
@@ -148,7 +145,8 @@ impl Decoder<'_> {
         if candidates.len() == 1 {
             return vec![best.offset; patch.nodes.len()];
         }
-        let costs: Vec<Vec<f32>> = nodes()
+        let costs: Vec<Vec<f32>> = patch
+            .members()
             .map(|(node, place)| self.costs(family, node, place, &candidates))
             .collect();
         let choice = propagate(
@@ -212,39 +210,87 @@ impl Decoder<'_> {
 
     /// Accepts or drops a part whose crossings all stand at one place of the code.
     fn label_part(&self, part: &Patch, labels: &mut BTreeMap<usize, Label>) {
-        let nodes = || part.nodes.iter().copied().zip(part.places.iter().copied());
+        let placed = self.place_by_colour(part);
+        let placed = placed.or_else(|reason| self.place_by_epipolar_lines(part).ok_or(reason));
+        for (node, place) in part.members() {
+            let label = match placed {
+                Ok((offsets, certainty)) => self.label_one(node, place, offsets, certainty),
+                Err(reason) => Label::Dropped(reason),
+            };
+            labels.insert(node, label);
+        }
+    }
+
+    /// The offsets of a part's lines in both codes from its colours alone, and the probability that they are
+    /// right.
+    fn place_by_colour(&self, part: &Patch) -> Result<([i32; 2], f64), DropReason> {
         let mut offsets = [0; 2];
         let mut certainty = 1.0;
         for (k, family) in Axis::BOTH.into_iter().enumerate() {
-            let lines = self.evidence(family, nodes());
+            let lines = self.evidence(family, part.members());
             let places = self.places(family, &lines);
             let second = places.get(1).map_or(f32::MIN, |fit| fit.nats);
             let margin = places.first().map_or(0.0, |fit| fit.nats - second);
-            let refused = if lines.lines() < self.code(family).window + 1 {
-                Some(DropReason::BrokenLine)
-            } else if f64::from(margin) < self.settings.margin_nats {
-                Some(self.why_unclear(part, family))
-            } else {
-                None
-            };
-            if let Some(reason) = refused {
-                labels.extend(
-                    part.nodes
-                        .iter()
-                        .map(|&node| (node, Label::Dropped(reason))),
-                );
-                return;
+            if lines.lines() < self.code(family).window + 1 {
+                return Err(DropReason::BrokenLine);
+            }
+            if f64::from(margin) < self.settings.margin_nats {
+                return Err(self.why_unclear(part, family));
             }
             offsets[k] = places[0].offset;
-            certainty /= 1.0
-                + places[1..]
-                    .iter()
-                    .map(|fit| f64::from(fit.nats - places[0].nats).exp())
-                    .sum::<f64>();
+            certainty /= 1.0 + rest(places[1..].iter().map(|fit| fit.nats), places[0].nats);
         }
-        for (node, place) in nodes() {
-            labels.insert(node, self.label_one(node, place, offsets, certainty));
+        Ok((offsets, certainty))
+    }
+
+    /// The offsets of a part too small or too unclear for its colours alone: both codes together, each pair of
+    /// offsets weighed by how well the crossings then lie on their epipolar lines.
+    fn place_by_epipolar_lines(&self, part: &Patch) -> Option<([i32; 2], f64)> {
+        let epipolar = self.epipolar?;
+        let [flat, steep] = Axis::BOTH.map(|family| {
+            let lines = self.evidence(family, part.members());
+            let mut places = self.places(family, &lines);
+            let least = places.first().map_or(0.0, |fit| fit.nats) - HOPELESS_NATS;
+            places.retain(|fit| fit.nats > least);
+            places
+        });
+        let mut fits: Vec<(f32, [i32; 2])> = Vec::new();
+        for a in &flat {
+            for b in &steep {
+                let offsets = [a.offset, b.offset];
+                let nats = a.nats + b.nats - self.epipolar_cost(part, offsets, epipolar);
+                fits.push((nats, offsets));
+            }
         }
+        fits.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
+        let &(best, offsets) = fits.first()?;
+        let second = fits.get(1).map_or(f32::MIN, |fit| fit.0);
+        let near = self.epipolar_cost(part, offsets, epipolar) < part.nodes.len() as f32;
+        let clear = f64::from(best - second) >= self.settings.margin_nats;
+        let certainty = 1.0 / (1.0 + rest(fits[1..].iter().map(|fit| fit.0), best));
+        (near && clear).then_some((offsets, certainty))
+    }
+
+    /// What the distances from the epipolar lines speak against these offsets, in nats.
+    fn epipolar_cost(
+        &self,
+        part: &Patch,
+        offsets: [i32; 2],
+        epipolar: &dyn Fn(usize, u16, u16) -> Option<f64>,
+    ) -> f32 {
+        const MOST_NATS: f64 = 8.0; // for one crossing: it may be badly placed
+        let sigma = self.settings.epipolar_px / 3.0;
+        let cost = |(node, place): (usize, (i32, i32))| {
+            let [flat, steep] = [0, 1].map(|k| {
+                let line = line_of(Axis::BOTH[k], place) as i32 + offsets[k];
+                u16::try_from(line).ok()
+            });
+            let distance = epipolar(node, flat?, steep?)?;
+            Some((0.5 * (distance / sigma).powi(2)).min(MOST_NATS))
+        };
+        part.members()
+            .map(|member| cost(member).unwrap_or(MOST_NATS) as f32)
+            .sum()
     }
 
     fn label_one(
@@ -298,6 +344,14 @@ impl Decoder<'_> {
             DropReason::NotInCode
         }
     }
+}
+
+/// Places in the code whose colours fit so much worse than the best are not looked at again.
+const HOPELESS_NATS: f32 = 25.0;
+
+/// Summed likelihoods of what fits worse, relative to the best.
+fn rest(others: impl Iterator<Item = f32>, best: f32) -> f64 {
+    others.map(|nats| f64::from(nats - best).exp()).sum()
 }
 
 /// Which line of a family a place is on.

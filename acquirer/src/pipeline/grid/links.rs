@@ -197,6 +197,11 @@ impl Places {
 }
 
 impl Patch {
+    /// The crossings with their places.
+    pub(super) fn members(&self) -> impl Iterator<Item = (usize, (i32, i32))> + '_ {
+        self.nodes.iter().copied().zip(self.places.iter().copied())
+    }
+
     /// Shifts the places so that the smallest row and column are 0.
     pub(super) fn start_at_zero(&mut self) {
         let low = self.places.iter().fold((i32::MAX, i32::MAX), |low, p| {

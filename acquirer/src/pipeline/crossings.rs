@@ -452,8 +452,9 @@ impl Curve {
                 }
             }
             let mut off: Vec<f64> = points.iter().map(|p| (p.1 - curve.at(p.0)).abs()).collect();
-            off.sort_by(f64::total_cmp);
-            let limit = (3.0 * 1.483 * off[off.len() / 2]).max(0.05);
+            let middle = off.len() / 2;
+            let (_, median, _) = off.select_nth_unstable_by(middle, f64::total_cmp);
+            let limit = (3.0 * 1.483 * *median).max(0.05);
             let kept = points
                 .iter()
                 .filter(|p| (p.1 - curve.at(p.0)).abs() <= limit)

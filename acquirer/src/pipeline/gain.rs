@@ -71,6 +71,8 @@ pub struct LineLight<'a> {
     pub black: &'a Light,
     /// Light that a white line would give, per channel; at least so much where it was clipped.
     pub white: Cow<'a, [Plane; 3]>,
+    /// What the matched filter multiplies each channel's light with: `white` over its squared error.
+    pub weights: Cow<'a, [Plane; 3]>,
     /// For each pixel bit 0, 1, 2 is set where the references of red, green, blue were clipped; may be empty.
     pub clipped: &'a [u8],
     /// Whether `white` was measured; else it is a guess that carries no albedo.
@@ -104,6 +106,7 @@ impl<'a> LineLight<'a> {
         (frames, response): (&'a [RgbImage], &'a Response),
         black: &'a Light,
         references: &'a References,
+        weights: Option<&'a [Plane; 3]>,
         settings: &GainSettings,
     ) -> Self {
         let white = references.white.as_ref();
@@ -112,6 +115,7 @@ impl<'a> LineLight<'a> {
             response,
             black,
             white: Cow::Owned(Default::default()),
+            weights: Cow::Owned(Default::default()),
             clipped: &references.clipped,
             white_is_measured: white.is_some(),
             noise: references.noise,
@@ -119,6 +123,15 @@ impl<'a> LineLight<'a> {
         light.white = match white {
             Some(white) => Cow::Borrowed(white),
             None => Cow::Owned(light.strongest(settings)),
+        };
+        light.weights = match weights {
+            Some(weights) => Cow::Borrowed(weights),
+            None => Cow::Owned(filter_weights(
+                black,
+                &light.white,
+                references.noise,
+                settings,
+            )),
         };
         light
     }
@@ -162,7 +175,12 @@ impl<'a> LineLight<'a> {
 
     /// Without a measured white, the unary grid's light over its own colour stands for it, if that colour
     /// has all three channels; lines then have their own albedo and profile as reference.
-    pub(super) fn take_white_from(&mut self, unary: &Self, colour: [f32; 3]) {
+    pub(super) fn take_white_from(
+        &mut self,
+        unary: &Self,
+        colour: [f32; 3],
+        settings: &GainSettings,
+    ) {
         const LEAST: f32 = 0.15; // of full light in each channel, for a usable signal
         if self.white_is_measured || colour.iter().any(|&share| share < LEAST) {
             return;
@@ -178,6 +196,7 @@ impl<'a> LineLight<'a> {
                 }
             });
         }
+        self.weights = Cow::Owned(filter_weights(self.black, &white, self.noise, settings));
         self.white = Cow::Owned(white);
         self.white_is_measured = true;
     }
@@ -224,6 +243,31 @@ impl<'a> LineLight<'a> {
             .for_each(|v| *v = v.max(least));
         [level.clone(), level.clone(), level]
     }
+}
+
+/// What the matched filter multiplies each channel's light above black with: the light that white gives over
+/// the squared error of a capture of half that light.
+pub(super) fn filter_weights(
+    black: &Light,
+    white: &[Plane; 3],
+    noise: NoiseLaw,
+    settings: &GainSettings,
+) -> [Plane; 3] {
+    let black_share = 1.0 / black.repeats.max(1) as f32;
+    let mut weights = white.clone();
+    for (c, plane) in weights.iter_mut().enumerate() {
+        let error = (BAYER_ERROR[c] * settings.channel_error).powi(2) as f32;
+        let pixels = plane
+            .values_mut()
+            .iter_mut()
+            .zip(black.channels[c].values());
+        pixels.for_each(|(value, &k)| {
+            let white = *value;
+            let variance = noise.variance(c, k + 0.5 * white) + black_share * noise.variance(c, k);
+            *value = white / (variance + error * white * white);
+        });
+    }
+    weights
 }
 
 /// Picture rows that one thread takes at a time.
@@ -276,7 +320,7 @@ fn find_gain_of<const N: usize>(
     buffers
         .strips
         .resize_with(height.div_ceil(STRIP), Default::default);
-    let filter = Filter::<N>::new(light, colours, settings);
+    let filter = Filter::<N>::new(colours, settings);
     let strips = image
         .gain
         .values_mut()
@@ -312,27 +356,14 @@ struct Filter<const N: usize> {
     /// Linear responses; the first colour fills what is left.
     colours: [[f32; 3]; N],
     shrink: f32,
-    /// Squared error of each channel as a share of white.
-    error: [f32; 3],
-    /// Variance of a dark pixel above black, per channel.
-    floor: [f32; 3],
-    /// Its growth with the capture's light and with black's.
-    growth: [[f32; 2]; 3],
 }
 
 impl<const N: usize> Filter<N> {
-    fn new(light: &LineLight<'_>, colours: &[[f32; 3]], settings: &GainSettings) -> Self {
+    fn new(colours: &[[f32; 3]], settings: &GainSettings) -> Self {
         let first = colours.first().copied().unwrap_or([1.0; 3]);
-        let shares = light.shares();
-        let noise = light.noise;
         Self {
             colours: std::array::from_fn(|k| colours.get(k).copied().unwrap_or(first)),
             shrink: settings.shrink.max(1e-6) as f32,
-            error: BAYER_ERROR.map(|share| (share * settings.channel_error).powi(2) as f32),
-            floor: noise.floor.map(|floor| floor * (shares[0] + shares[1])),
-            growth: noise
-                .growth
-                .map(|growth| shares.map(|share| growth * share)),
         }
     }
 
@@ -340,21 +371,21 @@ impl<const N: usize> Filter<N> {
     #[inline(always)]
     fn block(
         &self,
-        [lights, blacks, whites]: [[&[f32]; 3]; 3],
+        [lights, blacks, whites, weights]: [[&[f32]; 3]; 4],
         gain: &mut [f32],
         powers: &mut [f32],
     ) {
         let mut signals = [[0.0f32; BLOCK]; 3];
-        let mut weights = [[0.0f32; BLOCK]; 3];
+        let mut powers_of = [[0.0f32; BLOCK]; 3];
         for c in 0..3 {
-            let [growth, black_growth] = self.growth[c];
-            let (floor, error) = (self.floor[c], self.error[c]);
-            let inputs = lights[c].iter().zip(blacks[c]).zip(whites[c]);
-            let outputs = signals[c].iter_mut().zip(&mut weights[c]);
-            for (((&l, &k), &white), (signal, power)) in inputs.zip(outputs) {
+            let inputs = lights[c]
+                .iter()
+                .zip(blacks[c])
+                .zip(whites[c])
+                .zip(weights[c]);
+            let outputs = signals[c].iter_mut().zip(&mut powers_of[c]);
+            for ((((&l, &k), &white), &weight), (signal, power)) in inputs.zip(outputs) {
                 let l = if l < CLIPPED_LIGHT { l } else { 1.0 };
-                let variance = floor + growth * l + black_growth * k;
-                let weight = white / (variance + error * white * white);
                 *signal = (l - k) * weight;
                 *power = white * weight;
             }
@@ -366,9 +397,9 @@ impl<const N: usize> Filter<N> {
             let best = gain.iter_mut().zip(powers.iter_mut());
             for (x, (best, best_power)) in best.enumerate().take(BLOCK) {
                 let signal = signals[0][x] * r + signals[1][x] * g + signals[2][x] * b;
-                let power = weights[0][x] * squares[0]
-                    + weights[1][x] * squares[1]
-                    + weights[2][x] * squares[2]
+                let power = powers_of[0][x] * squares[0]
+                    + powers_of[1][x] * squares[1]
+                    + powers_of[2][x] * squares[2]
                     + self.shrink;
                 let better = signal * *best_power > *best * power;
                 *best = if better { signal } else { *best };
@@ -376,11 +407,14 @@ impl<const N: usize> Filter<N> {
             }
         }
         for (gain, power) in gain.iter_mut().zip(powers) {
-            *gain /= *power;
+            *gain = (*gain / *power).clamp(GAIN_RANGE.0, GAIN_RANGE.1);
             *power -= self.shrink;
         }
     }
 }
+
+/// Gains beyond are no light of a line but a reference that does not fit.
+const GAIN_RANGE: (f32, f32) = (-0.5, 1.5);
 
 /// Pixels that are filtered together: what they need fits the first-level cache.
 const BLOCK: usize = 128;
@@ -408,13 +442,15 @@ impl<const N: usize> NullaryFnOnce for RowFilter<'_, N> {
             .each_ref()
             .map(|plane| plane.row(self.y));
         let whites = self.light.white.each_ref().map(|plane| plane.row(self.y));
+        let weights = self.light.weights.each_ref().map(|plane| plane.row(self.y));
         let blocks = self
             .gain
             .chunks_mut(BLOCK)
             .zip(self.power.chunks_mut(BLOCK));
         for (n, (gain, power)) in blocks.enumerate() {
             let range = n * BLOCK..n * BLOCK + gain.len();
-            let inputs = [lights, blacks, whites].map(|rows| rows.map(|row| &row[range.clone()]));
+            let inputs =
+                [lights, blacks, whites, weights].map(|rows| rows.map(|row| &row[range.clone()]));
             self.filter.block(inputs, gain, power);
         }
     }

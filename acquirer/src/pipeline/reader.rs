@@ -13,10 +13,11 @@ use shared::{
 use super::{
     PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes, colours,
     crossings::find_crossings,
-    gain::{GainBuffers, GainImage, LineLight, find_gain, merge_gains},
+    gain::{GainBuffers, GainImage, LineLight, filter_weights, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
     lines::{LineBuffers, find_lines},
     pictures::{self, Seen},
+    plane::Plane,
     reference::{References, dark_cells, find_references},
     response::{Light, Response},
 };
@@ -29,6 +30,8 @@ pub struct Reader {
     settings: PipelineSettings,
     response: Response,
     references: References,
+    /// The matched filter's weights, when the references tell them.
+    weights: Option<[Plane; 3]>,
     /// Size of the references' pictures.
     size: Option<RasterSize>,
     /// Linear light of the coded grid's colours.
@@ -61,8 +64,13 @@ impl Reader {
     ) -> Result<Self, PipelineError> {
         check_sizes(named(&[("black", black), ("white", white)]))?;
         let response = Response::new(&settings.response);
+        let references = find_references(black, white, &response, &settings.reference);
+        let measured = references.black.as_ref().zip(references.white.as_ref());
+        let weights = measured
+            .map(|(black, white)| filter_weights(black, white, references.noise, &settings.gain));
         Ok(Self {
-            references: find_references(black, white, &response, &settings.reference),
+            references,
+            weights,
             size: black.first().or(white.first()).map(size),
             colours: nominal(projected.pattern.coded.colours()),
             decoding: Decoding::new(&projected.pattern.coded),
@@ -103,7 +111,8 @@ impl Reader {
         let buffers = &mut self.buffers;
         let light = |frames| {
             let captures = (frames, &self.response);
-            LineLight::new(captures, black, &self.references, &settings.gain)
+            let weights = self.weights.as_ref();
+            LineLight::new(captures, black, &self.references, weights, &settings.gain)
         };
         let mut coded = light(coded);
         let rows = &mut buffers.rows;
@@ -111,7 +120,7 @@ impl Reader {
             let unary = light(unary);
             let colour = colours::nominal_response(self.projected.pattern.unary);
             find_gain(&unary, &[colour], &settings.gain, rows, &mut buffers.unary);
-            coded.take_white_from(&unary, colour);
+            coded.take_white_from(&unary, colour, &settings.gain);
         }
         let geometry = if unary.is_empty() || settings.gain.both_grids {
             find_gain(

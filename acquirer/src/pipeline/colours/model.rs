@@ -20,6 +20,40 @@ pub(super) struct Model<'a> {
     settings: &'a ColourSettings,
 }
 
+/// Light of a line and light that white would give, weighted by what noise leaves of them.
+#[derive(Debug, Default)]
+struct LightSums {
+    top: [f32; 3],
+    bottom: [f32; 3],
+    /// Squared signal to noise of white, summed over channels.
+    power: f32,
+}
+
+impl LightSums {
+    fn add(&mut self, sample: &Sample) {
+        for c in 0..3 {
+            let weight = sample.full[c] / sample.variance[c];
+            self.top[c] += sample.light[c] * weight;
+            self.bottom[c] += sample.full[c] * weight;
+            self.power += sample.full[c] * weight;
+        }
+    }
+
+    /// Light as a share of white's, per channel; not a number where the surface hardly returns the channel,
+    /// which then tells nothing about the colour's response in it.
+    fn ratio(&self) -> [f32; 3] {
+        let strongest = self.bottom.iter().copied().fold(0.0, f32::max);
+        std::array::from_fn(|c| {
+            let tells = self.bottom[c] > 1e-3 && self.bottom[c] > 0.02 * strongest;
+            if tells {
+                self.top[c] / self.bottom[c]
+            } else {
+                f32::NAN
+            }
+        })
+    }
+}
+
 /// Smallest and largest error of the model, as a share of white light.
 const MISFIT_RANGE: (f32, f32) = (0.04, 0.3);
 
@@ -82,7 +116,7 @@ impl<'a> Model<'a> {
             signal: 0.0,
             clipped: unit.clipped,
         };
-        let (mut top, mut bottom, mut power) = ([0.0; 3], [0.0; 3], 0.0);
+        let mut sums = LightSums::default();
         let clip = -self.settings.sample_clip_nats as f32;
         for sample in samples {
             let sample = &self.corrected(sample);
@@ -94,20 +128,10 @@ impl<'a> Model<'a> {
             for (sum, value) in evidence.nats.iter_mut().zip(nats).take(colours) {
                 *sum += (value - best).max(clip);
             }
-            for c in 0..3 {
-                let weight = sample.full[c] / sample.variance[c];
-                top[c] += sample.light[c] * weight;
-                bottom[c] += sample.full[c] * weight;
-                power += sample.full[c] * weight;
-            }
+            sums.add(sample);
         }
-        // a channel that the surface hardly returns tells nothing about the colour's response in it
-        let strongest = bottom.iter().copied().fold(0.0, f32::max);
-        for c in 0..3 {
-            let tells = bottom[c] > 1e-3 && bottom[c] > 0.02 * strongest;
-            evidence.ratio[c] = if tells { top[c] / bottom[c] } else { f32::NAN };
-        }
-        evidence.signal = (power / count.max(1.0)).sqrt();
+        evidence.ratio = sums.ratio();
+        evidence.signal = (sums.power / count.max(1.0)).sqrt();
         let best = evidence.nats[..colours]
             .iter()
             .copied()
@@ -186,7 +210,11 @@ impl<'a> Model<'a> {
         }
         let mut ratios = vec![[const { Vec::new() }; 3]; self.responses.len()];
         for &(at, colour) in &known {
-            let ratio = self.weigh_mean(&units[at]).ratio;
+            let mut sums = LightSums::default();
+            if let Some(mean) = &units[at].mean {
+                sums.add(&self.corrected(mean));
+            }
+            let ratio = sums.ratio();
             let finite = ratio.iter().enumerate().filter(|(_, r)| r.is_finite());
             finite.for_each(|(c, &ratio)| ratios[colour][c].push(ratio));
         }

@@ -17,6 +17,11 @@ use crate::pipeline::{
 const STEP: f64 = 1.25;
 /// Picture rows (or columns) looked at, spread over the picture.
 const ROWS: usize = 16;
+/// Weaker ridges are not counted: a full line's is about 0.46 at its own scale, and in the dark noise makes
+/// many of some 0.1.
+const LEAST_RIDGE: f32 = 0.2;
+/// Stronger ones count no more than this: single pixels that are wrong must not outvote the lines.
+const MOST_RIDGE: f32 = 0.6;
 
 /// What the scale search keeps between frames.
 #[derive(Debug, Default)]
@@ -139,7 +144,8 @@ fn strongest(ridge: &[f32]) -> f64 {
     for ((before, here), after) in before.zip(here).zip(after) {
         for (lane, sum) in sums.iter_mut().enumerate() {
             let h = here[lane];
-            let peak = (h > 0.0) & (h >= before[lane]) & (h > after[lane]);
+            let peak = (h > LEAST_RIDGE) & (h >= before[lane]) & (h > after[lane]);
+            let h = h.min(MOST_RIDGE);
             *sum += if peak { h * h * h } else { 0.0 };
         }
     }

@@ -117,14 +117,22 @@ impl Recent {
     }
 }
 
+/// A list with room for a line of common length.
+fn started(value: f32) -> Vec<f32> {
+    const ROOM: usize = 512;
+    let mut values = Vec::with_capacity(ROOM);
+    values.push(value);
+    values
+}
+
 impl Growing {
     fn new(start: usize, ridge: &Ridge) -> Self {
         let mut recent = Recent::default();
         recent.push(&[ridge.across]);
         Self {
             start,
-            across: vec![ridge.across],
-            strength: vec![ridge.strength],
+            across: started(ridge.across),
+            strength: started(ridge.strength),
             strong: 1,
             slope: 0.0,
             recent,

@@ -202,6 +202,7 @@ impl Reading<'_> {
         }
         self.check_positions(&mut outcome);
         keep_one_of_each(&mut outcome);
+        self.find_causes(&mut outcome);
         let tracks = self.tracks(&placement, &outcome);
         let mut grid = DecodedGrid {
             tracks,
@@ -218,6 +219,25 @@ impl Reading<'_> {
         }
         grid.crossings.sort_by_key(|crossing| crossing.index);
         grid
+    }
+
+    /// Behind a broken line or an unclear colour often stands light that was too weak or too strong.
+    fn find_causes(&self, outcome: &mut [Result<DecodedCrossing, DropReason>]) {
+        for (node, outcome) in outcome.iter_mut().enumerate() {
+            let Err(reason @ (DropReason::BrokenLine | DropReason::AmbiguousColour)) = outcome
+            else {
+                continue;
+            };
+            let on = Axis::BOTH.map(|axis| self.observed.colours.on(axis)[node]);
+            if on.iter().any(|evidence| evidence.clipped > 0.5) {
+                *reason = DropReason::Clipped;
+            } else if on
+                .iter()
+                .any(|evidence| f64::from(evidence.signal) < self.settings.dark_sigma)
+            {
+                *reason = DropReason::TooDark;
+            }
+        }
     }
 
     fn check_positions(&self, outcome: &mut [Result<DecodedCrossing, DropReason>]) {

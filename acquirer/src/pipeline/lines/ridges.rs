@@ -45,7 +45,7 @@ const STRIP: usize = 32;
 
 /// The ridges of one family, kept between frames: for each pixel along the lines those across, in order.
 #[derive(Debug, Clone, Default)]
-pub struct Ridges {
+pub(super) struct Ridges {
     /// Where each pixel's ridges begin in `all`, and one past the last.
     starts: Vec<usize>,
     all: Vec<Ridge>,

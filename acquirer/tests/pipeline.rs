@@ -405,3 +405,39 @@ fn broken_captures_are_refused_or_give_nothing_but_never_panic() {
         assert!(read(&alone).unwrap().grid.crossings.is_empty());
     }
 }
+
+#[test]
+fn what_moved_since_the_references_is_read_by_its_own_light() {
+    /// The patchwork, with a dark sheet over it that the references do not show.
+    fn with_a_new_sheet(x: f64, y: f64) -> [f64; 3] {
+        if (200.0..420.0).contains(&x) && (120.0..330.0).contains(&y) {
+            [0.25, 0.2, 0.2]
+        } else {
+            patchwork(x, y)
+        }
+    }
+    let before = Scene {
+        ambient: 0.25,
+        albedo: patchwork,
+        ..Scene::seen((640, 480), 2.0, 0.1)
+    };
+    let after = Scene {
+        albedo: with_a_new_sheet,
+        ..Scene::seen((640, 480), 2.0, 0.1)
+    };
+    let after = Scene {
+        ambient: before.ambient,
+        ..after
+    };
+    let pattern = GridSettings {
+        unary: Rgb([255; 3]),
+        ..pattern(15, 15, 8, &BOLD)
+    };
+    let mut captures = after.captures(&pattern);
+    let references = before.captures(&pattern);
+    (captures.black, captures.white) = (references.black, references.white);
+    let reading = read(&captures, &pattern);
+    let (coverage, wrong, _, _) = judge(&after, &pattern, &reading);
+    assert_eq!(wrong, 0);
+    assert!(coverage > 0.9, "{coverage}");
+}

@@ -181,8 +181,7 @@ impl<'a> LineLight<'a> {
         colour: [f32; 3],
         settings: &GainSettings,
     ) {
-        const LEAST: f32 = 0.15; // of full light in each channel, for a usable signal
-        if self.white_is_measured || colour.iter().any(|&share| share < LEAST) {
+        if self.white_is_measured || !stands_for_white(colour) {
             return;
         }
         let mut white = unary.above_black();
@@ -243,6 +242,12 @@ impl<'a> LineLight<'a> {
             .for_each(|v| *v = v.max(least));
         [level.clone(), level.clone(), level]
     }
+}
+
+/// Whether light of this colour (linear, 0 to 1 per channel) tells what white would give in every channel.
+pub(super) fn stands_for_white(colour: [f32; 3]) -> bool {
+    const LEAST: f32 = 0.15; // of full light in each channel, for a usable signal
+    colour.iter().all(|&share| share >= LEAST)
 }
 
 /// What the matched filter multiplies each channel's light above black with: the light that white gives over

@@ -37,6 +37,7 @@ mod convolve;
 mod pictures;
 mod reader;
 mod settings;
+mod stale;
 
 pub mod thesis;
 

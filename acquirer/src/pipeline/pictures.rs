@@ -11,6 +11,7 @@ use super::{
     plane::Plane,
     reference::{References, lit_mask},
     response::CLIPPED_LIGHT,
+    stale::StaleTiles,
 };
 
 const ROW_COLOUR: Rgb<u8> = Rgb([255, 160, 0]);
@@ -21,6 +22,7 @@ const DROPPED_COLOUR: Rgb<u8> = Rgb([255, 40, 40]);
 /// The stages' products.
 pub(super) struct Seen<'a> {
     pub(super) references: &'a References,
+    pub(super) stale: &'a StaleTiles,
     pub(super) coded: &'a LineLight<'a>,
     /// The gain image that the lines were found in.
     pub(super) gain: &'a Plane,
@@ -36,7 +38,7 @@ pub(super) fn draw(seen: &Seen<'_>, settings: &PipelineSettings) -> Vec<StagePic
             name: "mask",
             caption:
                 "Where the projector's light can be used: black is shadow or out of reach, red was \
-                      clipped in the coded capture or the white one."
+                      clipped in the coded capture or a reference, blue has changed since the references."
                     .to_owned(),
             picture: mask(seen, settings),
         },
@@ -102,6 +104,10 @@ fn mask(seen: &Seen<'_>, settings: &PipelineSettings) -> RgbImage {
                 .get(y * width + x)
                 .copied()
                 .unwrap_or(0);
+            if seen.stale.holds(x, y) {
+                let pixel = picture.get_pixel_mut(x as u32, y as u32);
+                pixel.0 = [pixel.0[0] / 2, pixel.0[1] / 2, pixel.0[2] / 2 + 100];
+            }
             if before != 0 || light.iter().any(|channel| channel[x] >= CLIPPED_LIGHT) {
                 picture.put_pixel(x as u32, y as u32, DROPPED_COLOUR);
             }

@@ -20,6 +20,7 @@ use super::{
     plane::Plane,
     reference::{References, dark_cells, find_references},
     response::{Light, Response},
+    stale::StaleTiles,
 };
 
 /// Reads grid captures of one scene.
@@ -108,16 +109,27 @@ impl Reader {
             return Err(PipelineError::NoCodedCapture);
         };
         let settings = &self.settings;
-        let buffers = &mut self.buffers;
-        let light = |frames| {
-            let captures = (frames, &self.response);
-            let weights = self.weights.as_ref();
-            LineLight::new(captures, black, &self.references, weights, &settings.gain)
+        let stale = StaleTiles::find(
+            &self.references,
+            &self.response,
+            if unary.is_empty() { coded } else { unary },
+        );
+        let mended = stale.any().then(|| self.mend(&stale, coded, unary));
+        let [for_coded, for_unary] = match &mended {
+            Some(mended) => mended.each_ref(),
+            None => [&self.references; 2],
         };
-        let mut coded = light(coded);
+        let black = for_coded.black.as_ref().unwrap_or(black);
+        let buffers = &mut self.buffers;
+        let light = |frames, references| {
+            let captures = (frames, &self.response);
+            let weights = self.weights.as_ref().filter(|_| mended.is_none());
+            LineLight::new(captures, black, references, weights, &settings.gain)
+        };
+        let mut coded = light(coded, for_coded);
         let rows = &mut buffers.rows;
         if !unary.is_empty() {
-            let unary = light(unary);
+            let unary = light(unary, for_unary);
             let colour = colours::nominal_response(self.projected.pattern.unary);
             find_gain(&unary, &[colour], &settings.gain, rows, &mut buffers.unary);
             coded.take_white_from(&unary, colour, &settings.gain);
@@ -167,7 +179,8 @@ impl Reader {
             .find_grid(observed, &self.projected, calibration, &settings.grid);
         if settings.pictures {
             let seen = Seen {
-                references: &self.references,
+                references: for_coded,
+                stale: &stale,
                 coded: &coded,
                 gain: &geometry.gain,
                 lines: &lines,
@@ -208,9 +221,40 @@ impl Reader {
         if self.references.black.is_some() {
             return None;
         }
-        let grids = [coded, unary].into_iter();
-        let lights: Vec<Light> = grids.filter_map(|g| self.response.light(g)).collect();
+        let lights = self.lights(coded, unary);
         dark_cells(&lights, &self.settings.reference)
+    }
+
+    /// The references for the coded and for the unary captures, with their stale tiles read from the grids: black
+    /// from the dark cells; white from the strongest light around, or better, for the coded grid, from the unary.
+    fn mend(&self, stale: &StaleTiles, coded: &[RgbImage], unary: &[RgbImage]) -> [References; 2] {
+        let lights = self.lights(coded, unary);
+        let Some(dark) = dark_cells(&lights, &self.settings.reference) else {
+            return [self.references.clone(), self.references.clone()];
+        };
+        let nothing = References {
+            black: None,
+            white: None,
+            clipped: Vec::new(),
+            noise: self.references.noise,
+        };
+        let bare = |frames| {
+            let captures = (frames, &self.response);
+            LineLight::new(captures, &dark, &nothing, None, &self.settings.gain)
+        };
+        let mut from_coded = bare(coded);
+        let from_unary = bare(if unary.is_empty() { coded } else { unary });
+        if !unary.is_empty() {
+            let colour = colours::nominal_response(self.projected.pattern.unary);
+            from_coded.take_white_from(&from_unary, colour, &self.settings.gain);
+        }
+        [&from_coded, &from_unary].map(|light| stale.mend(&self.references, &dark, &light.white))
+    }
+
+    /// Mean light of the coded and of the unary captures.
+    fn lights(&self, coded: &[RgbImage], unary: &[RgbImage]) -> Vec<Light> {
+        let grids = [coded, unary].into_iter();
+        grids.filter_map(|grid| self.response.light(grid)).collect()
     }
 }
 

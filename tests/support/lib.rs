@@ -2,6 +2,7 @@
 
 pub mod frame_server;
 pub mod guest;
+pub mod measure;
 mod truth;
 
 use std::{fs, path::Path};

@@ -1,0 +1,14 @@
+//! Measuring against known truth: simulated scans, their scores, and the tables in `tests/measured`.
+
+mod simulated;
+
+mod conditions;
+
+mod reading;
+
+mod sweep;
+
+pub use conditions::{Condition, Group, Sweep, in_repository};
+pub use reading::{Reading, Sum, cpu_time};
+pub use simulated::{Repeats, SimulatedScan};
+pub use sweep::{Row, SweepTable, run_sweep};

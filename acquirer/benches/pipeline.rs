@@ -1,36 +1,117 @@
-//! Time of one whole stage, from captures to the decoded grid, on the pattern's own raster at 640 x 480.
+//! Time of reading one frame, at three camera sizes: all of it on one thread and on two, and each stage on one.
+//!
+//! The frame is the coded 15 x 15 grid on the box before the wall, in the simulated room. Run with
+//! `cargo bench -p acquirer --bench pipeline`.
 
-use acquirer::pipeline::{Captures, PipelineSettings, Projected, read_stage};
+use acquirer::pipeline::{
+    Captures, PipelineSettings, Reader,
+    colours::{find_colours, nominal_response},
+    crossings::find_crossings,
+    gain::{GainBuffers, GainImage, LineLight, find_gain},
+    grid::{Decoding, Observed},
+    lines::{LineBuffers, find_lines},
+    reference::find_references,
+    response::Response,
+};
 use criterion::{Criterion, criterion_group, criterion_main};
-use image::RgbImage;
-use shared::pattern::{GridSettings, Pattern, RasterSize};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use rig_tests::measure::SimulatedScan;
 
-fn whole_frame(criterion: &mut Criterion) {
-    let raster = RasterSize {
-        width: 640,
-        height: 480,
-    };
-    let pattern = GridSettings::default();
-    let shot = |pattern: Pattern| {
-        let bytes = pattern.raster(raster).into_bytes();
-        RgbImage::from_raw(raster.width, raster.height, bytes).unwrap_or_default()
-    };
-    let captures = Captures {
-        black: vec![shot(Pattern::BLACK)],
-        white: vec![shot(Pattern::WHITE)],
-        prmvs: vec![shot(pattern.coded.clone().into())],
-        unary: vec![shot(pattern.unary_grid().into())],
-        solid: Vec::new(),
-    };
-    let projected = Projected { pattern, raster };
-    let settings = PipelineSettings {
+const SIZES: [(u32, u32); 3] = [(640, 480), (1280, 720), (1920, 1080)];
+
+fn pool(threads: usize) -> ThreadPool {
+    let built = ThreadPoolBuilder::new().num_threads(threads).build();
+    built.expect("threads can be started")
+}
+
+fn settings() -> PipelineSettings {
+    PipelineSettings {
         pictures: false,
         ..PipelineSettings::default()
+    }
+}
+
+fn frame_to_grid(criterion: &mut Criterion) {
+    for (width, height) in SIZES {
+        let scan = SimulatedScan::of_camera((width, height)).expect("the scene is shipped");
+        let captures = &scan.stages[1];
+        let mut group = criterion.benchmark_group(format!("{width}x{height}"));
+        group.sample_size(20);
+        for threads in [1, 2] {
+            let references = (&captures.black[..], &captures.white[..]);
+            let calibration = Some(&scan.calibration);
+            let mut reader = Reader::new(references, &scan.projected, calibration, &settings())
+                .expect("the references fit");
+            let pool = pool(threads);
+            group.bench_function(format!("frame to grid, {threads} threads"), |bencher| {
+                let frame = &captures.prmvs[0];
+                bencher.iter(|| pool.install(|| reader.read(frame).map(|g| g.crossings.len())));
+            });
+        }
+        pool(1).install(|| stages(&mut group, &scan, captures));
+        group.finish();
+    }
+}
+
+type Group<'a> = criterion::BenchmarkGroup<'a, criterion::measurement::WallTime>;
+
+fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
+    let settings = settings();
+    let response = Response::new(&settings.response);
+    let Captures {
+        black,
+        white,
+        prmvs,
+        ..
+    } = captures;
+    group.bench_function("reference, once", |bencher| {
+        bencher.iter(|| find_references(black, white, &response, &settings.reference));
+    });
+    let references = find_references(black, white, &response, &settings.reference);
+    let dark = references.black.as_ref().expect("black was captured");
+    let light = LineLight::new((prmvs, &response), dark, &references, None, &settings.gain);
+    let coded = &scan.projected.pattern.coded;
+    let nominal: Vec<_> = coded
+        .colours()
+        .iter()
+        .map(|&c| nominal_response(c))
+        .collect();
+    let (mut rows, mut image) = (GainBuffers::default(), GainImage::default());
+    group.bench_function("gain", |bencher| {
+        bencher.iter(|| find_gain(&light, &nominal, &settings.gain, &mut rows, &mut image));
+    });
+    let mut buffers = LineBuffers::default();
+    group.bench_function("lines", |bencher| {
+        bencher.iter(|| find_lines(&image, settings.gain.shrink, &settings.lines, &mut buffers));
+    });
+    let lines = find_lines(&image, settings.gain.shrink, &settings.lines, &mut buffers);
+    group.bench_function("crossings", |bencher| {
+        bencher.iter(|| find_crossings(&lines, &settings.crossings));
+    });
+    let crossings = find_crossings(&lines, &settings.crossings);
+    let colours = || {
+        find_colours(
+            &light,
+            None,
+            &lines,
+            &crossings,
+            &nominal,
+            &settings.colours,
+        )
     };
-    criterion.bench_function("read_stage 640x480", |bencher| {
-        bencher.iter(|| read_stage(&captures, &projected, None, &settings));
+    group.bench_function("colours", |bencher| bencher.iter(colours));
+    let found = colours();
+    let observed = Observed {
+        lines: &lines,
+        crossings: &crossings,
+        colours: &found,
+    };
+    let decoding = Decoding::new(coded);
+    group.bench_function("grid", |bencher| {
+        let rig = Some(&scan.calibration);
+        bencher.iter(|| decoding.find_grid(observed, &scan.projected, rig, &settings.grid));
     });
 }
 
-criterion_group!(benches, whole_frame);
+criterion_group!(benches, frame_to_grid);
 criterion_main!(benches);

@@ -10,11 +10,10 @@
 
 use std::{fs, path::PathBuf, time::Instant};
 
-use acquirer::pipeline::{PipelineSettings, Projected, read_stage};
+use acquirer::pipeline::{Captures, PipelineSettings, Reader};
 use anyhow::{Context, Result};
 use clap::Parser;
-use rig_tests::measure::{Condition, Repeats, SimulatedScan, cpu_time};
-use shared::pattern::GridSettings;
+use rig_tests::measure::{SimulatedScan, cpu_time};
 
 /// Fewest repetitions.
 const FEWEST: usize = 5;
@@ -40,7 +39,7 @@ struct Arguments {
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
-    let scan = record(arguments.size)?;
+    let scan = SimulatedScan::of_camera(arguments.size)?;
     if let Some(folder) = &arguments.dump {
         dump(&scan, folder)?;
     }
@@ -50,23 +49,27 @@ fn main() -> Result<()> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads);
     let took = threads
         .build()?
-        .install(|| median_ms(frame_reader(&scan)))?;
+        .install(|| median_ms(frame_reader(&scan)?))?;
     println!("frame_to_grid {took:.4}");
     Ok(())
 }
 
 /// What reads one coded frame, made ready once from the references; gives how many crossings it read.
-fn frame_reader(scan: &SimulatedScan) -> impl FnMut() -> Result<usize> {
-    let captures = scan.stages[1].clone();
-    let projected: Projected = scan.projected.clone();
+fn frame_reader(scan: &SimulatedScan) -> Result<impl FnMut() -> Result<usize>> {
+    let Captures {
+        black,
+        white,
+        prmvs,
+        ..
+    } = scan.stages[1].clone();
     let settings = PipelineSettings {
         pictures: false,
         ..PipelineSettings::default()
     };
-    move || {
-        let reading = read_stage(&captures, &projected, None, &settings)?;
-        Ok(reading.grid.crossings.len())
-    }
+    let references = (&black[..], &white[..]);
+    let calibration = Some(&scan.calibration);
+    let mut reader = Reader::new(references, &scan.projected, calibration, &settings)?;
+    Ok(move || Ok(reader.read(&prmvs[0])?.crossings.len()))
 }
 
 /// Median CPU time of one call, ms.
@@ -81,29 +84,6 @@ fn median_ms(mut read: impl FnMut() -> Result<usize>) -> Result<f64> {
     }
     times.sort_by(f64::total_cmp);
     Ok(times[times.len() / 2])
-}
-
-/// The box before the wall, seen by a camera of this size with the shipped camera's field across.
-fn record((width, height): (u32, u32)) -> Result<SimulatedScan> {
-    let scale = f64::from(width) / 640.0;
-    let condition: Condition = toml::from_str(&format!(
-        "name = \"\"\n[set]\n\"camera.width\" = {width}\n\"camera.height\" = {height}\n\
-         \"camera.focal_px\" = [{focal:?}, {focal:?}]\n\"camera.centre_px\" = [{x:?}, {y:?}]\n",
-        focal = 690.0 * scale,
-        x = 324.3 * scale,
-        y = f64::from(height) / 2.0 - 3.1 * scale,
-    ))?;
-    let repeats = Repeats {
-        references: 2,
-        coded: 1,
-        unary: 0,
-    };
-    let scene = condition.scene("cube", &toml::Table::new())?;
-    Ok(SimulatedScan::record(
-        &scene,
-        &GridSettings::default(),
-        repeats,
-    ))
 }
 
 /// Writes the object stage's frames: `black-0.png`, `white-0.png`, `coded-0.png` and so on.

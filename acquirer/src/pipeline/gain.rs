@@ -101,8 +101,9 @@ const WHITE_CLIPPED_ERROR: f32 = 0.3;
 
 impl<'a> LineLight<'a> {
     /// Captures over measured black and white light. Without measured white the strongest light of the
-    /// neighbourhood stands for it.
-    pub(super) fn new(
+    /// neighbourhood stands for it; without `weights` they are found here.
+    #[must_use]
+    pub fn new(
         (frames, response): (&'a [RgbImage], &'a Response),
         black: &'a Light,
         references: &'a References,

@@ -15,6 +15,8 @@ use shared::{
     stage::Stage,
 };
 
+use super::Condition;
+
 /// How often each picture is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Repeats {
@@ -70,6 +72,29 @@ impl SimulatedScan {
             stages,
             truth,
         }
+    }
+
+    /// The box before the wall (`config/scenes/cube.toml`), seen by a camera of this size with the shipped camera's
+    /// field across: two frames each of black and white, one of the shipped grid, coded only.
+    ///
+    /// # Errors
+    /// A scene file that is not there.
+    pub fn of_camera((width, height): (u32, u32)) -> anyhow::Result<Self> {
+        let scale = f64::from(width) / 640.0;
+        let condition: Condition = toml::from_str(&format!(
+            "name = \"\"\n[set]\n\"camera.width\" = {width}\n\"camera.height\" = {height}\n\
+             \"camera.focal_px\" = [{focal:?}, {focal:?}]\n\"camera.centre_px\" = [{x:?}, {y:?}]\n",
+            focal = 690.0 * scale,
+            x = 324.3 * scale,
+            y = f64::from(height) / 2.0 - 3.1 * scale,
+        ))?;
+        let repeats = Repeats {
+            references: 2,
+            coded: 1,
+            unary: 0,
+        };
+        let scene = condition.scene("cube", &toml::Table::new())?;
+        Ok(Self::record(&scene, &GridSettings::default(), repeats))
     }
 
     /// Writes the scan as a scan folder with `calibration.json` and `truth.csv`, so that `acquirer process` reads it.

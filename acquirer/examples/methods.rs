@@ -1,7 +1,7 @@
 //! The thesis's method beside ours, on every shipped scene and both recorded samples: `tests/measured/methods.md`.
 //!
 //! ```text
-//! cargo run --release -p acquirer --example methods -- [--print]
+//! cargo run -p acquirer --example methods -- [--print]
 //! ```
 //!
 //! Takes the captures of each stage, reads them by both methods without a calibration, and gives coverage, wrong
@@ -38,7 +38,7 @@ struct Case {
 fn main() -> Result<()> {
     let mut table = String::from(
         "# The thesis's method beside ours\n\n\
-         Written by `cargo run --release -p acquirer --example methods`. Time is CPU time of reading one stage in ms, \
+         Written by `cargo run -p acquirer --example methods`. Time is CPU time of reading one stage in ms, \
          all threads together. The last five columns are the thesis's method.\n\n\
          | scene | stage | clear crossings | coverage % | wrong labels | wrong % | RMS px | ms | \
          thesis: coverage % | wrong labels | wrong % | RMS px | ms |\n\

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use shared::{
-    pattern::{GridSettings, RasterSize},
+    pattern::{CameraScale, GridSettings, RasterSize},
     stage::Stage,
 };
 
@@ -15,6 +15,7 @@ use super::tables::{finite_points, share};
 use crate::{
     pipeline::{
         Method, StageReading,
+        dense::{DenseLine, measured_scale},
         grid::{DecodedGrid, DropReason},
         result::ScanResult,
         shift::epipolar::DirectionSource,
@@ -52,6 +53,8 @@ pub struct Summary {
     pub surface: Option<SurfaceFigures>,
     /// How far the object stands out of the background, with a calibration.
     pub difference: Option<DifferenceFigures>,
+    /// What an operator should change: a grid that the camera can't resolve.
+    pub warnings: Vec<String>,
     /// The effective settings of the pipeline.
     pub settings: serde_json::Value,
 }
@@ -188,7 +191,11 @@ impl Summary {
         let manifest = folder.manifest();
         let coded = &manifest.pattern.coded;
         let possible = coded.rows() * coded.columns();
-        let figures = |stage| result.stage(stage).map(|s| StageFigures::of(s, possible));
+        let figures = |stage| {
+            let lines = &result.lines[usize::from(stage == Stage::Object)];
+            let reading = result.stage(stage)?;
+            Some(StageFigures::of(reading, lines, possible))
+        };
         Self {
             format: FORMAT,
             method: result.method,
@@ -202,6 +209,7 @@ impl Summary {
             line_shifts: LineShiftFigures::of(result),
             surface: SurfaceFigures::of(result),
             difference: DifferenceFigures::of(result),
+            warnings: warnings(folder, result),
             settings: result.settings.clone(),
         }
     }
@@ -217,7 +225,7 @@ impl Summary {
 }
 
 impl StageFigures {
-    fn of(reading: &StageReading, possible: usize) -> Self {
+    fn of(reading: &StageReading, lines: &[DenseLine], possible: usize) -> Self {
         let grid: &DecodedGrid = &reading.grid;
         let labelled = grid.crossings.len();
         let confidences: Vec<f64> = grid.crossings.iter().map(|c| share(c.confidence)).collect();
@@ -232,12 +240,7 @@ impl StageFigures {
                 .map(|(reason, count)| (DropReason::name(reason), count))
                 .into(),
             dropped_total: grid.dropped.len(),
-            line_points: grid
-                .tracks
-                .iter()
-                .filter(|track| track.line.is_some())
-                .map(|track| track.points.len())
-                .sum(),
+            line_points: lines.iter().map(|line| line.points.len()).sum(),
         }
     }
 }
@@ -288,6 +291,18 @@ impl SurfaceFigures {
             median_z_mm: rounded(z[z.len() / 2]),
         })
     }
+}
+
+/// Lines too fine for the camera, by the scale measured on the decoded grid, else by the pictures' sizes.
+fn warnings(folder: &ScanFolder, result: &ScanResult) -> Vec<String> {
+    let manifest = folder.manifest();
+    let (grid, raster) = (&manifest.pattern.coded, manifest.projector);
+    let measured = Stage::BOTH
+        .into_iter()
+        .filter_map(|stage| measured_scale(&result.stage(stage)?.grid, grid, raster))
+        .next();
+    let scale = measured.unwrap_or_else(|| CameraScale::filling(raster, manifest.camera));
+    grid.camera_warnings(raster, scale)
 }
 
 fn mean(values: &[f64]) -> Option<f64> {

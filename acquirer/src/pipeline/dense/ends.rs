@@ -210,7 +210,7 @@ fn pitch_at(crossing: &DecodedCrossing, axis: Axis, grid: &DecodedGrid) -> f64 {
 }
 
 /// The next crossing on a line.
-fn beside(index: GridIndex, axis: Axis, step: i16) -> Option<GridIndex> {
+pub(super) fn beside(index: GridIndex, axis: Axis, step: i16) -> Option<GridIndex> {
     Some(match axis {
         Axis::Row => GridIndex {
             column: index.column.checked_add_signed(step)?,

@@ -10,7 +10,9 @@
 
 mod ends;
 mod pieces;
+mod scale;
 
+pub use scale::measured_scale;
 use shared::{
     geometry::CameraPixel,
     pattern::{Axis, GridIndex},

@@ -198,3 +198,112 @@ fn meet(line: &DenseLine, from: CameraPixel, [dx, dy]: [f64; 2]) -> Option<(f64,
     });
     meetings.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::{grid::LinePoint, shift::epipolar::from_shifts};
+    use shared::pattern::{Corner, GridIndex};
+
+    /// A place and the same place nearer: everything moves away from an epipole at (-700, 900).
+    fn moved(x: f64, y: f64, share: f64) -> [CameraPixel; 2] {
+        let after = CameraPixel::new(x + share * (x + 700.0), y + share * (y - 900.0));
+        [CameraPixel::new(x, y), after]
+    }
+
+    fn vertex(k: u16, share: f64, aside_px: f64) -> Shift {
+        let (x, y) = (
+            f64::from(k % 8) * 70.0 + 50.0,
+            f64::from(k / 8) * 60.0 + 40.0,
+        );
+        let [before, mut after] = moved(x, y, share);
+        after.y += aside_px;
+        Shift {
+            index: GridIndex {
+                row: k / 8,
+                column: k % 8,
+            },
+            corner: Corner::UpperLeft,
+            before,
+            after,
+            shift_px: (after.x - before.x).hypot(after.y - before.y),
+            depth: 0.0,
+        }
+    }
+
+    fn column(x: f64, y: std::ops::Range<u32>, share: f64) -> DenseLine {
+        let point = |y: u32| LinePoint {
+            position: moved(x, f64::from(y) + 0.5, share)[1],
+            half_width_px: 2.0,
+            confidence: 0.9,
+        };
+        DenseLine {
+            axis: Axis::Column,
+            line: 4,
+            points: y.map(point).collect(),
+        }
+    }
+
+    fn shifts() -> Vec<Shift> {
+        let noise = |k: u16| if k % 2 == 0 { 0.03 } else { -0.03 };
+        (0..48).map(|k| vertex(k, 0.03, noise(k))).collect()
+    }
+
+    #[test]
+    fn vertices_tell_the_direction_and_the_one_that_went_aside_is_rejected() {
+        let mut shifts = shifts();
+        shifts[20] = vertex(20, 0.03, 2.0);
+        let epipolar = from_shifts(&shifts);
+        let found = find_line_shifts([&[], &[]], &shifts, epipolar, 1.0);
+        assert_eq!(found.source, Some(DirectionSource::Shifts));
+        let rejected: Vec<usize> = (0..48).filter(|&k| found.vertices[k].rejected).collect();
+        assert_eq!(rejected, [20]);
+        let across = found.across.unwrap();
+        assert!(across.rms_px < 0.05, "{across:?}");
+    }
+
+    #[test]
+    fn a_line_point_moves_along_the_epipolar_line_by_its_depth() {
+        let epipolar = from_shifts(&shifts());
+        let lines = [
+            [column(300.0, 100..300, 0.0)],
+            [column(300.0, 150..250, 0.03)],
+        ];
+        let found = find_line_shifts([&lines[0], &lines[1]], &shifts(), epipolar, 2.0);
+        assert_eq!(found.points.len(), 100);
+        for (point, y) in found.points.iter().zip(150..) {
+            let [a, b] = moved(300.0, f64::from(y) + 0.5, 0.03);
+            let expected = (b.x - a.x).hypot(b.y - a.y);
+            assert!(
+                (point.shift_px - expected).abs() < 0.2,
+                "{} {expected}",
+                point.shift_px
+            );
+            assert!((point.depth - 2.0 * point.shift_px).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn nothing_is_interpolated_between_two_pieces_of_the_background() {
+        let epipolar = from_shifts(&shifts());
+        let before = [column(300.0, 100..180, 0.0), column(300.0, 220..300, 0.0)];
+        let after = [column(300.0, 150..250, 0.03)];
+        let found = find_line_shifts([&before, &after], &shifts(), epipolar, 1.0);
+        assert!(
+            (35..=45).contains(&found.not_in_background),
+            "{}",
+            found.not_in_background
+        );
+        assert_eq!(found.points.len() + found.not_in_background, 100);
+    }
+
+    #[test]
+    fn where_nothing_moved_there_is_no_direction() {
+        let still: Vec<Shift> = (0..48).map(|k| vertex(k, 0.0, 0.0)).collect();
+        assert!(from_shifts(&still).is_none());
+        assert_eq!(
+            find_line_shifts([&[], &[]], &still, None, 1.0),
+            LineShifts::default()
+        );
+    }
+}

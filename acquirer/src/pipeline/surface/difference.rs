@@ -99,3 +99,43 @@ fn on_line(object: &Placed, segments: &HashMap<Place, Vec<[&Placed; 2]>>) -> Opt
             .then(|| [0, 1, 2].map(|k| p[k] + share * (q[k] - p[k])))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn placed(along_px: f64, z: f64, piece: usize, step: usize) -> Placed {
+        Placed {
+            point: SurfacePoint {
+                row: None,
+                column: Some(3),
+                corner: None,
+                position_mm: [0.0, along_px, z],
+                colour: [0; 3],
+                confidence: 1.0,
+            },
+            along_px,
+            piece,
+            step,
+        }
+    }
+
+    #[test]
+    fn the_height_is_towards_the_camera_at_the_same_place_of_the_line() {
+        let background: Vec<Placed> = (0..50).map(|k| placed(k as f64, 1000.0, 0, k)).collect();
+        let object = [placed(20.5, 850.0, 0, 0)];
+        let found = find_differences(&background, &object);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].height_mm - 150.0).abs() < 1e-9);
+        assert_eq!(found[0].background_mm, [0.0, 20.5, 1000.0]);
+    }
+
+    #[test]
+    fn no_background_is_made_up_across_a_cut_or_a_missing_point() {
+        let cut = [placed(20.0, 1000.0, 0, 9), placed(21.0, 700.0, 1, 10)];
+        let missing = [placed(20.0, 1000.0, 0, 9), placed(21.0, 1000.0, 0, 11)];
+        let object = [placed(20.5, 650.0, 0, 0)];
+        assert!(find_differences(&cut, &object).is_empty());
+        assert!(find_differences(&missing, &object).is_empty());
+    }
+}

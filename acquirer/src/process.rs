@@ -13,8 +13,17 @@ use crate::{
     config::Config,
     output::{OutputError, ResultPaths, write_results},
     pipeline::{
-        Captures, PipelineError, StageReading, colour_choice::ColourSelection, find_surface,
-        read_stage, result::ScanResult, shift::find_shifts,
+        Captures, PipelineError, Projected, StageReading,
+        colour_choice::ColourSelection,
+        dense::find_dense_lines,
+        read_stage,
+        result::ScanResult,
+        shift::{
+            epipolar::{self, Epipolar},
+            find_shifts,
+            lines::find_line_shifts,
+        },
+        surface::{difference::find_differences, read_surface},
     },
     scan::{ScanError, ScanFolder},
 };
@@ -118,20 +127,18 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         method: config.pipeline.method,
         depth_per_px: config.shift.depth_per_px,
         background: read(Stage::Background, &background)?,
-        object: None,
-        shifts: Vec::new(),
-        surface: Vec::new(),
         settings: serde_json::to_value(config.pipeline).unwrap_or_default(),
+        ..ScanResult::default()
     };
     lap("read background", &mut times);
     result.object = read(Stage::Object, &object)?;
     lap("read object", &mut times);
-    if let (Some(before), Some(after)) = (&result.background, &result.object) {
-        result.shifts = find_shifts(&before.grid, &after.grid, result.depth_per_px);
-    }
-    if let (Some(reading), Some(rig)) = (&result.object, &calibration) {
-        result.surface = find_surface(reading, &object, &projected, rig);
-    }
+    find_shape(
+        &mut result,
+        [&background, &object],
+        &projected,
+        calibration.as_ref(),
+    );
     lap("shift and surface", &mut times);
     let captures = [&background, &object];
     let paths = write_results(folder, captures, &result, selection.as_ref())?;
@@ -148,6 +155,54 @@ fn load_calibration(folder: &ScanFolder) -> Result<Option<RigCalibration>, Proce
         return Ok(None);
     };
     read_calibration(&path).map(Some)
+}
+
+/// Dense lines, shifts, and with a calibration the surfaces of both stages and their difference.
+fn find_shape(
+    result: &mut ScanResult,
+    captures: [&Captures; 2],
+    projected: &Projected,
+    calibration: Option<&RigCalibration>,
+) {
+    for (stage, lines) in [&result.background, &result.object]
+        .into_iter()
+        .zip(&mut result.lines)
+    {
+        *lines = stage
+            .as_ref()
+            .map(|stage| find_dense_lines(&stage.grid))
+            .unwrap_or_default();
+    }
+    if let (Some(before), Some(after)) = (&result.background, &result.object) {
+        result.shifts = find_shifts(&before.grid, &after.grid, result.depth_per_px);
+        let directions = calibration
+            .map(Epipolar::Rig)
+            .or_else(|| epipolar::from_shifts(&result.shifts));
+        let lines = [&result.lines[0][..], &result.lines[1]];
+        result.line_shifts =
+            find_line_shifts(lines, &result.shifts, directions, result.depth_per_px);
+    }
+    let Some(rig) = calibration else { return };
+    let mut surfaces = Vec::new();
+    for (k, stage) in Stage::BOTH.into_iter().enumerate() {
+        let surface = result
+            .stage(stage)
+            .map(|reading| read_surface((reading, &result.lines[k]), captures[k], projected, rig));
+        surfaces.push(surface.unwrap_or_default());
+    }
+    result.differences = find_differences(&surfaces[0].points, &surfaces[1].points);
+    for (k, surface) in surfaces.into_iter().enumerate() {
+        result.surface_dropped[k] = surface.dropped;
+        let points = surface
+            .points
+            .into_iter()
+            .map(|placed| placed.point)
+            .collect();
+        match k {
+            0 => result.background_surface = points,
+            _ => result.surface = points,
+        }
+    }
 }
 
 /// Reads a calibration file.

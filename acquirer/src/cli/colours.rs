@@ -5,7 +5,7 @@ use anyhow::Context;
 use super::{
     args::ColoursArgs,
     console::Console,
-    rig::{open_rig, projected},
+    rig::{grid_warnings, open_rig, projected},
 };
 use crate::{
     config::Config,
@@ -26,6 +26,9 @@ pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
     };
     let mut rig = open_rig(&args.rig, &config)?;
     let mut console = Console::new();
+    for warning in grid_warnings(&rig, &projected(&rig)?) {
+        console.say(&format!("warning: {warning}"));
+    }
     measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
     let selection = pick(&mut rig, &palette, !args.keep, cancel, &mut console)?;
     if args.json {

@@ -97,6 +97,27 @@ pub fn figures_text(folder: &ScanFolder, processed: &Processed) -> String {
             ),
         );
     }
+    if let Some(shifts) = &summary.line_shifts {
+        let across = shifts.across_rms_px.map_or(String::new(), |px| {
+            format!(
+                ", error across {px:.3} px, {} vertices rejected",
+                shifts.rejected_vertices
+            )
+        });
+        line("line shift", format!("{} points{across}", shifts.points));
+    }
+    if let Some(difference) = &summary.difference {
+        line(
+            "difference",
+            format!(
+                "{} points, up to {:.1} mm",
+                difference.points, difference.largest_mm
+            ),
+        );
+    }
+    for warning in &summary.warnings {
+        line("warning", warning.clone());
+    }
     let times = processed
         .times
         .iter()

@@ -16,7 +16,7 @@ use super::{
     colours,
     console::Console,
     process,
-    rig::{open_rig, projected},
+    rig::{grid_warnings, open_rig, projected},
 };
 use crate::{
     camera::CameraSpec,
@@ -124,7 +124,7 @@ impl Recording<'_> {
             false => None,
         };
         let projected = projected(rig)?;
-        for warning in projected.pattern.coded.warnings(projected.raster) {
+        for warning in grid_warnings(rig, &projected) {
             console.say(&format!("warning: {warning}"));
         }
         let format = rig.camera.format();

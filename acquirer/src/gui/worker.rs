@@ -22,7 +22,7 @@ use super::{
     events::{Event, Job, LiveFrame, ReadScan, RigInfo},
 };
 use crate::{
-    cli::{open_rig, projected},
+    cli::{grid_warnings, open_rig, projected},
     pipeline::colour_choice::ColourSelection,
     process::{SELECTION_FILE, process_scan},
     scan::{ScanFolder, read_picture, write_whole},
@@ -193,7 +193,11 @@ impl Worker {
             height: format.height,
         };
         let dir = fresh_folder(&self.startup.out);
-        let mut folder = ScanFolder::create(&dir, &projected(rig)?, size)?;
+        let projected = projected(rig)?;
+        for warning in grid_warnings(rig, &projected) {
+            tracing::warn!("{warning}");
+        }
+        let mut folder = ScanFolder::create(&dir, &projected, size)?;
         if let Some(calibration) = &self.startup.calibration {
             folder.set_calibration(&calibration.to_json()?)?;
         }

@@ -79,6 +79,13 @@ pub fn write_results(
     let shifts = file("shifts.csv");
     let rows: Vec<ShiftRow> = result.shifts.iter().map(ShiftRow::from).collect();
     write_shift_table(&shifts, &rows)?;
+    for (name, table) in [
+        ("lines.csv", tables::line_table(result)),
+        ("line_shifts.csv", tables::line_shift_table(result)),
+        ("shift_quality.csv", tables::shift_quality_table(result)),
+    ] {
+        write_whole(&file(name), table.as_bytes())?;
+    }
     let points = write_points(&dir, folder, result)?;
 
     let summary = Summary::of(folder, result);
@@ -116,20 +123,25 @@ fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
     Ok(write_whole(path, &json)?)
 }
 
-/// Writes `points.csv` and `points.ply` when the scan is calibrated, else removes old ones.
+/// Writes the points of both stages and their difference when the scan is calibrated, else removes old ones.
 fn write_points(
     dir: &Path,
     folder: &ScanFolder,
     result: &ScanResult,
 ) -> Result<Option<(PathBuf, PathBuf)>, OutputError> {
     let (table, cloud) = (dir.join("points.csv"), dir.join("points.ply"));
+    let (background, difference) = (dir.join("background.ply"), dir.join("difference.csv"));
     let Some(calibration) = &folder.manifest().calibration else {
-        remove_outdated(&table)?;
-        remove_outdated(&cloud)?;
+        for path in [&table, &cloud, &background, &difference] {
+            remove_outdated(path)?;
+        }
         return Ok(None);
     };
     write_whole(&table, tables::point_table(&result.surface).as_bytes())?;
     write_whole(&cloud, &ply::point_cloud(&result.surface, calibration))?;
+    let before = ply::point_cloud(&result.background_surface, calibration);
+    write_whole(&background, &before)?;
+    write_whole(&difference, tables::difference_table(result).as_bytes())?;
     Ok(Some((table, cloud)))
 }
 

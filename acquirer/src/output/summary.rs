@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use shared::{
-    pattern::{GridSettings, RasterSize},
+    pattern::{CameraScale, GridSettings, RasterSize},
     stage::Stage,
 };
 
@@ -15,8 +15,10 @@ use super::tables::{finite_points, share};
 use crate::{
     pipeline::{
         Method, StageReading,
+        dense::{DenseLine, measured_scale},
         grid::{DecodedGrid, DropReason},
         result::ScanResult,
+        shift::epipolar::DirectionSource,
     },
     scan::ScanFolder,
 };
@@ -45,8 +47,14 @@ pub struct Summary {
     pub object: Option<StageFigures>,
     /// How far the vertices moved, if any was read in both stages.
     pub shifts: Option<ShiftFigures>,
+    /// What moved along the epipolar direction, if that is known.
+    pub line_shifts: Option<LineShiftFigures>,
     /// Where the surface lies, if there is one.
     pub surface: Option<SurfaceFigures>,
+    /// How far the object stands out of the background, with a calibration.
+    pub difference: Option<DifferenceFigures>,
+    /// What an operator should change: a grid that the camera can't resolve.
+    pub warnings: Vec<String>,
     /// The effective settings of the pipeline.
     pub settings: serde_json::Value,
 }
@@ -98,6 +106,8 @@ pub struct SurfaceFigures {
     pub points: usize,
     /// Points that are vertices of crossings.
     pub vertices: usize,
+    /// Vertices and line points of the object without a point, for each reason by its name.
+    pub dropped: BTreeMap<&'static str, usize>,
     /// Smallest and largest x (to the right).
     pub x_mm: [f64; 2],
     /// Smallest and largest y (downwards).
@@ -108,6 +118,72 @@ pub struct SurfaceFigures {
     pub median_z_mm: f64,
 }
 
+/// What moved along the epipolar direction, in camera pixels.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LineShiftFigures {
+    /// Where the direction comes from.
+    pub direction: DirectionSource,
+    /// Line points with a shift.
+    pub points: usize,
+    /// Line points without: the line runs along the epipolar direction.
+    pub along_epipolar: usize,
+    /// Line points without: not read where they should be in the background.
+    pub not_in_background: usize,
+    /// Vertices that moved by more than a pixel.
+    pub moved_vertices: usize,
+    /// Root mean square of their shifts across the direction, which is error only; `None` when none moved.
+    pub across_rms_px: Option<f64>,
+    /// Vertices whose error is more than three standard deviations.
+    pub rejected_vertices: usize,
+}
+
+/// How far the object stands out of the background, in mm along the projector's rays.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DifferenceFigures {
+    /// Points compared.
+    pub points: usize,
+    /// Half of the points stand out less.
+    pub median_mm: f64,
+    /// 95 % of the points stand out less.
+    pub p95_mm: f64,
+    /// The largest height.
+    pub largest_mm: f64,
+}
+
+impl LineShiftFigures {
+    fn of(result: &ScanResult) -> Option<Self> {
+        let found = &result.line_shifts;
+        Some(Self {
+            direction: found.source?,
+            points: found.points.len(),
+            along_epipolar: found.along_epipolar,
+            not_in_background: found.not_in_background,
+            moved_vertices: found.across.map_or(0, |a| a.moved),
+            across_rms_px: found.across.map(|a| rounded(a.rms_px)),
+            rejected_vertices: found.across.map_or(0, |a| a.rejected),
+        })
+    }
+}
+
+impl DifferenceFigures {
+    fn of(result: &ScanResult) -> Option<Self> {
+        let mut heights: Vec<f64> = result.differences.iter().map(|d| d.height_mm).collect();
+        heights.retain(|height| height.is_finite());
+        heights.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            heights
+                .get((share * heights.len() as f64) as usize)
+                .copied()
+        };
+        Some(Self {
+            points: heights.len(),
+            median_mm: rounded(at(0.5)?),
+            p95_mm: rounded(at(0.95)?),
+            largest_mm: rounded(*heights.last()?),
+        })
+    }
+}
+
 impl Summary {
     /// Counts what a result holds.
     #[must_use]
@@ -115,7 +191,11 @@ impl Summary {
         let manifest = folder.manifest();
         let coded = &manifest.pattern.coded;
         let possible = coded.rows() * coded.columns();
-        let figures = |stage| result.stage(stage).map(|s| StageFigures::of(s, possible));
+        let figures = |stage| {
+            let lines = &result.lines[usize::from(stage == Stage::Object)];
+            let reading = result.stage(stage)?;
+            Some(StageFigures::of(reading, lines, possible))
+        };
         Self {
             format: FORMAT,
             method: result.method,
@@ -126,7 +206,10 @@ impl Summary {
             background: figures(Stage::Background),
             object: figures(Stage::Object),
             shifts: ShiftFigures::of(result),
+            line_shifts: LineShiftFigures::of(result),
             surface: SurfaceFigures::of(result),
+            difference: DifferenceFigures::of(result),
+            warnings: warnings(folder, result),
             settings: result.settings.clone(),
         }
     }
@@ -142,7 +225,7 @@ impl Summary {
 }
 
 impl StageFigures {
-    fn of(reading: &StageReading, possible: usize) -> Self {
+    fn of(reading: &StageReading, lines: &[DenseLine], possible: usize) -> Self {
         let grid: &DecodedGrid = &reading.grid;
         let labelled = grid.crossings.len();
         let confidences: Vec<f64> = grid.crossings.iter().map(|c| share(c.confidence)).collect();
@@ -157,12 +240,7 @@ impl StageFigures {
                 .map(|(reason, count)| (DropReason::name(reason), count))
                 .into(),
             dropped_total: grid.dropped.len(),
-            line_points: grid
-                .tracks
-                .iter()
-                .filter(|track| track.line.is_some())
-                .map(|track| track.points.len())
-                .sum(),
+            line_points: lines.iter().map(|line| line.points.len()).sum(),
         }
     }
 }
@@ -203,12 +281,28 @@ impl SurfaceFigures {
             vertices: finite_points(&result.surface)
                 .filter(|point| point.corner.is_some())
                 .count(),
+            dropped: result.surface_dropped[1]
+                .iter()
+                .map(|(reason, count)| (reason.name(), *count))
+                .collect(),
             x_mm: range(&along(0))?,
             y_mm: range(&along(1))?,
             z_mm: range(&z)?,
             median_z_mm: rounded(z[z.len() / 2]),
         })
     }
+}
+
+/// Lines too fine for the camera, by the scale measured on the decoded grid, else by the pictures' sizes.
+fn warnings(folder: &ScanFolder, result: &ScanResult) -> Vec<String> {
+    let manifest = folder.manifest();
+    let (grid, raster) = (&manifest.pattern.coded, manifest.projector);
+    let measured = Stage::BOTH
+        .into_iter()
+        .filter_map(|stage| measured_scale(&result.stage(stage)?.grid, grid, raster))
+        .next();
+    let scale = measured.unwrap_or_else(|| CameraScale::filling(raster, manifest.camera));
+    grid.camera_warnings(raster, scale)
 }
 
 fn mean(values: &[f64]) -> Option<f64> {

@@ -1,4 +1,4 @@
-//! The vertices of both stages and the points of the surface as CSV.
+//! The vertices and line points of both stages, their shifts, and the points of the surface as CSV.
 //!
 //! Takes the pipeline's products, gives the text of `vertices.csv` (edge coordinates of the camera's picture,
 //! to 1/1000 px) and of `points.csv` (millimetres in the camera frame, to 1/1000 mm). Lines stand in the order
@@ -6,7 +6,10 @@
 
 use std::fmt::Write as _;
 
-use shared::{pattern::Corner, stage::Stage};
+use shared::{
+    pattern::{Axis, Corner},
+    stage::Stage,
+};
 
 use crate::pipeline::{result::ScanResult, surface::SurfacePoint};
 
@@ -54,6 +57,106 @@ pub fn point_table(surface: &[SurfacePoint]) -> String {
         );
     }
     text
+}
+
+/// The text of `lines.csv`: every point of every decoded line of both stages, camera px, edge coordinates.
+#[must_use]
+pub fn line_table(result: &ScanResult) -> String {
+    let mut text = String::from("stage,axis,line,x_px,y_px,half_width_px,confidence\n");
+    for (stage, lines) in Stage::BOTH.into_iter().zip(&result.lines) {
+        for line in lines {
+            let axis = axis_name(line.axis);
+            for point in &line.points {
+                let (at, sure) = (point.position, share(point.confidence));
+                push_line(
+                    &mut text,
+                    format_args!(
+                        "{stage},{axis},{},{:.3},{:.3},{:.3},{sure:.4}",
+                        line.line, at.x, at.y, point.half_width_px
+                    ),
+                );
+            }
+        }
+    }
+    text
+}
+
+/// The text of `line_shifts.csv`: where each line point stands with the object, how far it moved along the
+/// epipolar direction (px, positive towards nearer surfaces), and the relative depth that this makes.
+#[must_use]
+pub fn line_shift_table(result: &ScanResult) -> String {
+    let mut text = String::from("axis,line,x_px,y_px,shift_px,depth,confidence\n");
+    for point in &result.line_shifts.points {
+        push_line(
+            &mut text,
+            format_args!(
+                "{},{},{:.3},{:.3},{:.4},{:.4},{:.4}",
+                axis_name(point.axis),
+                point.line,
+                point.at.x,
+                point.at.y,
+                point.shift_px,
+                point.depth,
+                share(point.confidence)
+            ),
+        );
+    }
+    text
+}
+
+/// The text of `shift_quality.csv`: the vertices of `shifts.csv` in their order, the shift's parts along the
+/// epipolar direction (depth) and across it (error), px; `rejected` is 1 beyond three standard deviations.
+#[must_use]
+pub fn shift_quality_table(result: &ScanResult) -> String {
+    let mut text = String::from("vertex,row,column,along_px,across_px,rejected\n");
+    for (shift, split) in result.shifts.iter().zip(&result.line_shifts.vertices) {
+        push_line(
+            &mut text,
+            format_args!(
+                "{},{},{},{:.4},{:.4},{}",
+                shift.corner,
+                shift.index.row,
+                shift.index.column,
+                split.along_px,
+                split.across_px,
+                u8::from(split.rejected)
+            ),
+        );
+    }
+    text
+}
+
+/// The text of `difference.csv`: the object's points (mm, camera frame), the background's depth on the same
+/// projector ray, and the distance between both, positive where the object is nearer.
+#[must_use]
+pub fn difference_table(result: &ScanResult) -> String {
+    let mut text =
+        String::from("row,column,vertex,x_mm,y_mm,z_mm,background_z_mm,height_mm,confidence\n");
+    for difference in &result.differences {
+        let point = &difference.point;
+        let index = |line: Option<u16>| line.map(|k| k.to_string()).unwrap_or_default();
+        let [x, y, z] = point.position_mm;
+        push_line(
+            &mut text,
+            format_args!(
+                "{},{},{},{x:.3},{y:.3},{z:.3},{:.3},{:.3},{:.4}",
+                index(point.row),
+                index(point.column),
+                point.corner.map_or("", Corner::name),
+                difference.background_mm[2],
+                difference.height_mm,
+                share(point.confidence)
+            ),
+        );
+    }
+    text
+}
+
+fn axis_name(axis: Axis) -> &'static str {
+    match axis {
+        Axis::Row => "row",
+        Axis::Column => "column",
+    }
 }
 
 /// The points whose position can be used.

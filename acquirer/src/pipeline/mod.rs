@@ -27,6 +27,8 @@ pub mod colours;
 
 pub mod grid;
 
+pub mod dense;
+
 pub mod shift;
 
 pub mod surface;

@@ -1,8 +1,15 @@
 //! All that the pipeline gives for one scan: both stages, the shifts between them, the surface.
 
+use std::collections::BTreeMap;
+
 use shared::stage::Stage;
 
-use super::{Method, StageReading, shift::Shift, surface::SurfacePoint};
+use super::{
+    Method, StageReading,
+    dense::DenseLine,
+    shift::{Shift, lines::LineShifts},
+    surface::{SurfaceDrop, SurfacePoint, difference::Difference},
+};
 
 /// The products of one scan. A stage that was not recorded is `None`; without a calibration there is no
 /// surface.
@@ -18,8 +25,18 @@ pub struct ScanResult {
     pub object: Option<StageReading>,
     /// The vertices read in both stages.
     pub shifts: Vec<Shift>,
+    /// The unbroken pieces of all decoded lines, before and with the object.
+    pub lines: [Vec<DenseLine>; 2],
+    /// What moved along the epipolar direction: vertices and line points.
+    pub line_shifts: LineShifts,
     /// Points of the object stage in millimetres, in the camera frame.
     pub surface: Vec<SurfacePoint>,
+    /// The same of the background stage.
+    pub background_surface: Vec<SurfacePoint>,
+    /// Vertices and line points of both stages that gave no point of the surface, by reason.
+    pub surface_dropped: [BTreeMap<SurfaceDrop, usize>; 2],
+    /// How far the object stands out of the background.
+    pub differences: Vec<Difference>,
     /// The effective settings of the pipeline, for the report and the summary; `Null` when there are none.
     pub settings: serde_json::Value,
 }

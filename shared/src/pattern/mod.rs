@@ -22,6 +22,7 @@
 //! ```
 
 mod colour;
+mod density;
 mod grid;
 mod identify;
 mod palette;
@@ -30,6 +31,7 @@ mod raster;
 mod settings;
 
 pub use colour::Rgb;
+pub use density::{CameraScale, LEAST_PITCH_PX, LEAST_WIDTH_PX, LINE_COUNTS};
 pub use grid::{Axis, Grid, MAX_COLOURS, MAX_LINES, MAX_WIDTH_PX, PatternError};
 pub use palette::{NamedColour, PALETTE_SIZE, Palette, PaletteError};
 pub use place::{Corner, GridIndex, LineSpan};

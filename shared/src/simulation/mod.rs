@@ -31,7 +31,10 @@ mod sensor;
 
 mod truth;
 
+mod line_truth;
+
 pub use light::ProjectedLight;
+pub use line_truth::LineSample;
 pub use room::Room;
 pub use scene::{Scene, SceneError};
 pub use space::Space;

@@ -278,6 +278,41 @@ pub(super) fn figures(summary: &Summary) -> Section {
             ],
         );
     }
+    if let Some(s) = &summary.line_shifts {
+        let across = s
+            .across_rms_px
+            .map_or(NONE.to_owned(), |px| format!("{px:.3} px"));
+        body += &table(
+            &["Shifts along the epipolar direction", ""],
+            &[
+                fact("Line points with a shift", s.points.to_string()),
+                fact("Lines along the direction", s.along_epipolar.to_string()),
+                fact(
+                    "Not read in the background",
+                    s.not_in_background.to_string(),
+                ),
+                fact("Error across (RMS)", across),
+                fact(
+                    "Vertices rejected (3 sigma)",
+                    s.rejected_vertices.to_string(),
+                ),
+            ],
+        );
+    }
+    if let Some(s) = &summary.difference {
+        body += &table(
+            &["Object over background", ""],
+            &[
+                fact("Points compared", s.points.to_string()),
+                fact("Median height", format!("{:.2} mm", s.median_mm)),
+                fact("95 % below", format!("{:.1} mm", s.p95_mm)),
+                fact("Largest height", format!("{:.1} mm", s.largest_mm)),
+            ],
+        );
+    }
+    for warning in &summary.warnings {
+        body += &format!("<p>Warning: {}</p>\n", escaped(warning));
+    }
     if let Some(s) = &summary.surface {
         let range = |[low, high]: [f64; 2]| format!("{low:.1} to {high:.1} mm");
         body += &table(

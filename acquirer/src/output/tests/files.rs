@@ -174,8 +174,11 @@ fn files_of_an_earlier_run_do_not_stay_beside_new_ones() {
         .filter(|name| !name.ends_with(".png"))
         .collect();
     let expected = [
+        "line_shifts.csv",
+        "lines.csv",
         "notes.txt",
         "report.html",
+        "shift_quality.csv",
         "shifts.csv",
         "summary.json",
         "vertices.csv",

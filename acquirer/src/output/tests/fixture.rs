@@ -183,6 +183,7 @@ pub(super) fn result(calibrated: bool) -> ScanResult {
         object: Some(object),
         surface: if calibrated { surface() } else { Vec::new() },
         settings: serde_json::json!({"lines": {"sigma_px": 1.5}}),
+        ..ScanResult::default()
     }
 }
 

@@ -2,7 +2,12 @@
 //!
 //! Takes the decoded grids of both stages, gives one [`Shift`] for each vertex read in both. The shift is
 //! the distance in camera pixels between the two places; depth is the shift times a factor of the rig
-//! (thesis, chapter 4.6 and Appendix C). A label that is wrong in one stage gives a wrong shift quietly.
+//! (thesis, chapter 4.6 and Appendix C). A label that is wrong in one stage gives a wrong shift quietly, unless
+//! it moved across the epipolar direction (`epipolar`): then it is marked (`lines`, which also shifts all points
+//! of the lines).
+
+pub mod epipolar;
+pub mod lines;
 
 use serde::{Deserialize, Serialize};
 use shared::{

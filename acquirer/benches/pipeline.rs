@@ -48,7 +48,7 @@ fn frame_to_grid(criterion: &mut Criterion) {
                 bencher.iter(|| pool.install(|| reader.read(frame).map(|g| g.crossings.len())));
             });
         }
-        pool(1).install(|| stages(&mut group, &scan, captures));
+        stages(&mut group, &scan, captures);
         group.finish();
     }
 }
@@ -56,7 +56,7 @@ fn frame_to_grid(criterion: &mut Criterion) {
 type Group<'a> = criterion::BenchmarkGroup<'a, criterion::measurement::WallTime>;
 
 fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
-    let settings = settings();
+    let (settings, pool) = (settings(), pool(1));
     let response = Response::new(&settings.response);
     let Captures {
         black,
@@ -65,7 +65,9 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         ..
     } = captures;
     group.bench_function("reference, once", |bencher| {
-        bencher.iter(|| find_references(black, white, &response, &settings.reference));
+        bencher.iter(|| {
+            pool.install(|| find_references(black, white, &response, &settings.reference))
+        });
     });
     let references = find_references(black, white, &response, &settings.reference);
     let dark = references.black.as_ref().expect("black was captured");
@@ -78,15 +80,19 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         .collect();
     let (mut rows, mut image) = (GainBuffers::default(), GainImage::default());
     group.bench_function("gain", |bencher| {
-        bencher.iter(|| find_gain(&light, &nominal, &settings.gain, &mut rows, &mut image));
+        bencher.iter(|| {
+            pool.install(|| find_gain(&light, &nominal, &settings.gain, &mut rows, &mut image))
+        });
     });
     let mut buffers = LineBuffers::default();
     group.bench_function("lines", |bencher| {
-        bencher.iter(|| find_lines(&image, settings.gain.shrink, &settings.lines, &mut buffers));
+        bencher.iter(|| {
+            pool.install(|| find_lines(&image, settings.gain.shrink, &settings.lines, &mut buffers))
+        });
     });
     let lines = find_lines(&image, settings.gain.shrink, &settings.lines, &mut buffers);
     group.bench_function("crossings", |bencher| {
-        bencher.iter(|| find_crossings(&lines, &settings.crossings));
+        bencher.iter(|| pool.install(|| find_crossings(&lines, &settings.crossings)));
     });
     let crossings = find_crossings(&lines, &settings.crossings);
     let colours = || {
@@ -99,7 +105,9 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
             &settings.colours,
         )
     };
-    group.bench_function("colours", |bencher| bencher.iter(colours));
+    group.bench_function("colours", |bencher| {
+        bencher.iter(|| pool.install(colours));
+    });
     let found = colours();
     let observed = Observed {
         lines: &lines,
@@ -109,7 +117,9 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
     let decoding = Decoding::new(coded);
     group.bench_function("grid", |bencher| {
         let rig = Some(&scan.calibration);
-        bencher.iter(|| decoding.find_grid(observed, &scan.projected, rig, &settings.grid));
+        bencher.iter(|| {
+            pool.install(|| decoding.find_grid(observed, &scan.projected, rig, &settings.grid))
+        });
     });
 }
 

@@ -232,6 +232,10 @@ impl Sampler<'_> {
 
     /// The mean of three pixels across the line; `None` where all channels are clipped.
     fn sample(&self, axis: Axis, along: f64, across: f64, aside: f64) -> Option<Sample> {
+        let add = |sum: &mut [f32; 3], values: [f32; 3]| {
+            let pairs = sum.iter_mut().zip(values);
+            pairs.for_each(|(sum, value)| *sum += value / 3.0);
+        };
         let (mut sum, mut gain, mut usable) = (PixelLight::default(), 0.0, [true; 3]);
         for offset in [-aside, 0.0, aside] {
             let (x, y) = match axis {
@@ -240,12 +244,10 @@ impl Sampler<'_> {
             };
             let (x, y) = self.pixel(x, y);
             let pixel = self.light.at(x, y);
-            for c in 0..3 {
-                sum.above_black[c] += pixel.above_black[c] / 3.0;
-                sum.white[c] += pixel.white[c] / 3.0;
-                sum.variance[c] += pixel.variance[c] / 3.0;
-                usable[c] &= pixel.usable[c];
-            }
+            add(&mut sum.above_black, pixel.above_black);
+            add(&mut sum.white, pixel.white);
+            add(&mut sum.variance, pixel.variance);
+            usable = std::array::from_fn(|c| usable[c] && pixel.usable[c]);
             gain += self.gain.map_or(1.0, |plane| plane.row(y)[x]) / 3.0;
         }
         let gain = gain.clamp(0.1, 1.5);

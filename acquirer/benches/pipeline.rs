@@ -81,7 +81,7 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
     let (mut rows, mut image) = (GainBuffers::default(), GainImage::default());
     group.bench_function("gain", |bencher| {
         bencher.iter(|| {
-            pool.install(|| find_gain(&light, &nominal, &settings.gain, &mut rows, &mut image))
+            pool.install(|| find_gain(&light, &nominal, &settings.gain, &mut rows, &mut image));
         });
     });
     let mut buffers = LineBuffers::default();

@@ -60,7 +60,7 @@ fn main() -> Result<()> {
 const HEADER: &str = "\
 # How much of the lines is read
 
-Made by `cargo run --release -p acquirer --example line_coverage -- tests/measured/line_coverage.md`.
+Made by `cargo run -p acquirer --example line_coverage -- tests/measured/line_coverage.md`.
 Frames: 3 black, 3 white, 2 coded, 2 unary of the shipped rooms, the built-in 15 x 15 grid, no calibration.
 Truth: the middle of every line each projector px, where projector and camera both see it (nothing in the way,
 inside both pictures), crossings included. Covered: a point read for the same line within 1.5 camera px. Wrong: lit

@@ -245,7 +245,7 @@ mod tests {
     }
 
     fn shifts() -> Vec<Shift> {
-        let noise = |k: u16| if k % 2 == 0 { 0.03 } else { -0.03 };
+        let noise = |k: u16| if k.is_multiple_of(2) { 0.03 } else { -0.03 };
         (0..48).map(|k| vertex(k, 0.03, noise(k))).collect()
     }
 

@@ -17,6 +17,8 @@ mod noise;
 
 mod responses;
 
+mod distances;
+
 mod separability;
 
 mod sets;
@@ -102,7 +104,8 @@ pub struct ColourScore {
     pub name: String,
     /// Projector drive values.
     pub colour: Rgb,
-    /// The thesis's score: grid pixels left after background removal and masked threshold.
+    /// The thesis's score: grid pixels left after background removal and masked threshold, estimated from a
+    /// lattice of some 10 000 pixels.
     pub recovered_px: usize,
     /// `recovered_px` of the pixels that the grid should cover where the projector reaches, 0 to about 1.
     pub share_of_expected: f64,

@@ -85,8 +85,10 @@ impl<'a> Lines<'a> {
             lit.push((place, line, line.iter().sum::<f32>() / whole));
         }
         let mut shares: Vec<f32> = lit.iter().map(|l| l.2).collect();
-        shares.sort_by(f32::total_cmp);
-        let brightest = shares.get(shares.len() * 97 / 100).copied().unwrap_or(0.0);
+        let brightest = match shares.len() * 97 / 100 {
+            _ if shares.is_empty() => 0.0,
+            at => *shares.select_nth_unstable_by(at, f32::total_cmp).1,
+        };
         let on: Vec<_> = lit.iter().filter(|l| l.2 > ON_LINE * brightest).collect();
         let sum = |of: fn(&(&Place, [f32; 3], f32)) -> f32| on.iter().map(|l| of(l)).sum::<f32>();
         let level = sum(|l| l.1.iter().sum()) / sum(|l| l.0.white.iter().sum()).max(1e-9);

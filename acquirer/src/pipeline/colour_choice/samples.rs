@@ -9,6 +9,7 @@ use std::sync::LazyLock;
 
 use image::RgbImage;
 use rayon::prelude::*;
+use shared::pattern::PALETTE_SIZE;
 
 use super::{ColourTrial, Shots, TILES};
 
@@ -35,7 +36,7 @@ pub(super) fn linear(byte: u8) -> f32 {
 }
 
 /// One place of the scene.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     /// Number of its tile, row by row.
     pub tile: usize,
@@ -45,8 +46,9 @@ pub(super) struct Place {
     pub white: [f32; 3],
     /// Whether a channel is below full scale in every frame.
     pub usable: [bool; 3],
-    /// Light that each colour's shot adds, in the order of the shots; may be negative by noise.
-    pub shots: Vec<[f32; 3]>,
+    /// Light that each colour's shot adds, in the order of the shots; may be negative by noise. 0 beyond the
+    /// last shot.
+    pub shots: [[f32; 3]; PALETTE_SIZE],
 }
 
 /// The places of a scene.
@@ -58,16 +60,23 @@ pub(super) struct Places {
 
 impl Places {
     pub(super) fn new(trial: &ColourTrial, shots: &[Shots<'_>]) -> Self {
-        let places = match trial.shots.first() {
-            Some((_, frame)) => {
-                let (width, height) = frame.dimensions();
-                let spots = lattice(width, height);
-                let place = |&(x, y): &(u32, u32)| place(trial, shots, x, y);
-                spots.par_iter().map(place).collect()
-            }
-            None => Vec::new(),
+        let Some((_, frame)) = trial.shots.first() else {
+            return Self { places: Vec::new() };
         };
-        Self { places }
+        let (width, height) = frame.dimensions();
+        let frames = Frames {
+            black: trial.black.iter().collect(),
+            white: trial.white.iter().collect(),
+            shots: shots.iter().map(|shot| &shot.frames[..]).collect(),
+        };
+        let spots = lattice(width, height);
+        let place = |&(x, y): &(u32, u32)| {
+            let at = 3 * (y as usize * width as usize + x as usize);
+            frames.place(at, tile_of(x, y, width, height))
+        };
+        Self {
+            places: spots.par_iter().map(place).collect(),
+        }
     }
 
     /// One place of a grey wall in a dim room, for when nothing was seen.
@@ -77,7 +86,7 @@ impl Places {
             dark: [0.05; 3],
             white: [0.3; 3],
             usable: [true; 3],
-            shots: Vec::new(),
+            shots: [[0.0; 3]; PALETTE_SIZE],
         };
         Self {
             places: vec![place],
@@ -91,15 +100,25 @@ impl Places {
     }
 }
 
-/// Places a fixed step apart, each row shifted by the golden section, so that they fall into step with no
-/// grid.
-pub(super) fn lattice(width: u32, height: u32) -> Vec<(u32, u32)> {
+/// Pixels from one place to the next, across and down, for about [`PLACES`] places.
+pub(super) fn lattice_step(width: u32, height: u32) -> u32 {
     let pixels = f64::from(width) * f64::from(height);
-    let step = (pixels / PLACES).sqrt().round().max(1.0) as u32;
+    (pixels / PLACES).sqrt().round().max(1.0) as u32
+}
+
+/// Where the lattice's row `n` begins, in pixels from the left: a share of the step by the golden section,
+/// so that the rows fall into step with no grid.
+pub(super) fn row_shift(n: usize, step: u32) -> u32 {
+    ((n as f64 * 0.618_034).fract() * f64::from(step)) as u32
+}
+
+/// Places a fixed step apart, row by row.
+pub(super) fn lattice(width: u32, height: u32) -> Vec<(u32, u32)> {
+    let step = lattice_step(width, height);
     let mut spots = Vec::new();
     for (n, y) in (step / 2..height).step_by(step as usize).enumerate() {
-        let shift = (n as f64 * 0.618_034).fract() * f64::from(step);
-        spots.extend((shift as u32..width).step_by(step as usize).map(|x| (x, y)));
+        let xs = (row_shift(n, step)..width).step_by(step as usize);
+        spots.extend(xs.map(|x| (x, y)));
     }
     spots
 }
@@ -112,43 +131,50 @@ pub(super) fn tile_of(x: u32, y: u32, width: u32, height: u32) -> usize {
     along(y, height, TILES.1) * TILES.0 + along(x, width, TILES.0)
 }
 
-fn place(trial: &ColourTrial, shots: &[Shots<'_>], x: u32, y: u32) -> Place {
-    let mut usable = [true; 3];
-    let mut light = |frames: &mut dyn Iterator<Item = &RgbImage>| {
-        let (mut sum, mut count) = ([0.0; 3], 0.0);
-        for frame in frames {
-            let bytes = frame.get_pixel(x, y).0;
-            count += 1.0;
-            for c in 0..3 {
-                sum[c] += linear(bytes[c]);
-                usable[c] &= bytes[c] < CLIPPED;
-            }
+/// The frames of a trial, by what they show.
+struct Frames<'a> {
+    black: Vec<&'a RgbImage>,
+    white: Vec<&'a RgbImage>,
+    shots: Vec<&'a [&'a RgbImage]>,
+}
+
+impl Frames<'_> {
+    /// The place whose first byte stands at `at` in every frame.
+    fn place(&self, at: usize, tile: usize) -> Place {
+        let mut usable = [true; 3];
+        let mut shots = [[0.0; 3]; PALETTE_SIZE];
+        let (mut least, mut most) = ([f32::INFINITY; 3], [0.0; 3]);
+        for (shot, frames) in shots.iter_mut().zip(&self.shots) {
+            *shot = mean_light(frames, at, &mut usable).unwrap_or_default();
+            least = std::array::from_fn(|c| f32::min(least[c], shot[c]));
+            most = std::array::from_fn(|c| f32::max(most[c], shot[c]));
         }
-        (count > 0.0).then(|| sum.map(|s| s / count))
-    };
-    let seen: Vec<[f32; 3]> = shots
-        .iter()
-        .filter_map(|shot| light(&mut shot.frames.iter().copied()))
-        .collect();
-    let extreme = |least: bool| {
-        std::array::from_fn(|c| {
-            let values = seen.iter().map(|light| light[c]);
-            if least {
-                values.fold(f32::INFINITY, f32::min)
-            } else {
-                values.fold(0.0, f32::max)
-            }
-        })
-    };
-    let dark: [f32; 3] = light(&mut trial.black.iter()).unwrap_or_else(|| extreme(true));
-    let white = light(&mut trial.white.iter()).unwrap_or_else(|| extreme(false));
-    let above = |light: [f32; 3]| std::array::from_fn(|c| light[c] - dark[c]);
-    let (width, height) = trial.shots.first().map_or((1, 1), |(_, f)| f.dimensions());
-    Place {
-        tile: tile_of(x, y, width, height),
-        dark,
-        white: above(white),
-        usable,
-        shots: seen.into_iter().map(above).collect(),
+        let dark = mean_light(&self.black, at, &mut usable).unwrap_or(least);
+        let white = mean_light(&self.white, at, &mut usable).unwrap_or(most);
+        let above = |light: [f32; 3]| std::array::from_fn(|c| light[c] - dark[c]);
+        for shot in &mut shots[..self.shots.len().min(PALETTE_SIZE)] {
+            *shot = above(*shot);
+        }
+        Place {
+            tile,
+            dark,
+            white: above(white),
+            usable,
+            shots,
+        }
     }
+}
+
+/// Light of one pixel averaged over frames; `None` without frames. Channels that clip are marked.
+fn mean_light(frames: &[&RgbImage], at: usize, usable: &mut [bool; 3]) -> Option<[f32; 3]> {
+    let mut sum = [0.0; 3];
+    for frame in frames {
+        let bytes = &frame.as_raw()[at..at + 3];
+        for c in 0..3 {
+            sum[c] += linear(bytes[c]);
+            usable[c] &= bytes[c] < CLIPPED;
+        }
+    }
+    let count = frames.len() as f32;
+    (count > 0.0).then(|| sum.map(|s| s / count))
 }

@@ -1,8 +1,8 @@
 //! How well the camera will tell the colours apart, predicted place by place.
 //!
 //! Takes the places of a trial with the responses and the noise law. For each place the mean and the
-//! variance of every colour's light follow, and from them the Mahalanobis distance d between two
-//! colours; a reader with a reference mistakes one for the other with probability Q(d/2). Gives the mean of
+//! variance of every colour's light follow (`distances`), and from them the Mahalanobis distance d between
+//! two colours; a reader with a reference mistakes one for the other with probability Q(d/2). Gives the mean of
 //! Q over the scene, its mean by tile, and the distance that nine tenths of the surface exceed. Channels
 //! are taken as independent, which a Bayer mosaic and JPEG make optimistic: good for ranking.
 
@@ -11,36 +11,28 @@ use shared::pattern::PALETTE_SIZE;
 
 use super::{
     Separability, TILES,
+    distances::{CLASSES, DARK, LANES, PAIRS, pair_number, squared_distances},
     noise::NoiseLaw,
     responses::{Responses, is_lit},
     samples::{Place, Places},
 };
 
-/// The sixteen colours and, last, no line.
-const CLASSES: usize = PALETTE_SIZE + 1;
-/// Number of the class "no line".
-const DARK: usize = PALETTE_SIZE;
-/// About how many places are predicted.
+/// Most places that are predicted.
 const SAMPLES: usize = 5000;
-/// Places per parallel piece; fixed, so that sums come out the same on any number of threads.
-const PIECE: usize = 256;
+/// Tiles of the scene; each is one parallel piece, so that sums come out the same on any number of threads.
+const REGIONS: usize = TILES.0 * TILES.1;
 /// Steps per standard deviation in the tables of distance.
 const STEPS: f32 = 8.0;
 /// Entries of these tables: up to 16 standard deviations.
 const ENTRIES: usize = 128;
-/// Share of a colour's light by which blur, compression and interpolated channels falsify it.
-const LIGHT_ERROR: f32 = 0.03;
 /// RMS error of a line's middle, in px, at a signal-to-noise ratio of 1 with 1 px of blur.
 const LINE_ERROR_PX: f32 = 1.3;
 
-/// One number for each pair of classes.
-type Pairs = [[f32; CLASSES]; CLASSES];
-
-/// Sums over the places of a piece.
-#[derive(Clone)]
+/// Sums over the places of a tile, by pair of classes.
 struct Sums {
-    error: Vec<Pairs>,
-    count: [usize; TILES.0 * TILES.1],
+    error: [f64; PAIRS],
+    count: usize,
+    /// How often each distance occurs, [`ENTRIES`] for each pair.
     distances: Vec<u32>,
     squared_line_error: [f64; PALETTE_SIZE],
 }
@@ -64,188 +56,135 @@ pub(super) fn predict(
     responses: &Responses,
     noise: NoiseLaw,
 ) -> Option<Predicted> {
-    let lit: Vec<&Place> = places.places.iter().filter(|p| is_lit(p, noise)).collect();
-    if lit.is_empty() {
+    let mut by_tile: [Vec<&Place>; REGIONS] = Default::default();
+    let mut all = [0_usize; REGIONS];
+    for place in &places.places {
+        all[place.tile] += 1;
+        if is_lit(place, noise) {
+            by_tile[place.tile].push(place);
+        }
+    }
+    let lit: usize = by_tile.iter().map(Vec::len).sum();
+    if lit == 0 {
         return None;
     }
-    let step = (lit.len() / SAMPLES).max(1);
-    let chosen: Vec<&Place> = lit.iter().step_by(step).copied().collect();
     let table = error_table();
-    let pieces: Vec<Sums> = chosen
-        .par_chunks(PIECE)
-        .map(|piece| {
-            let mut sums = Sums::new();
-            for place in piece {
-                sums.add(place, responses, noise, &table);
-            }
-            sums
+    let step = lit.div_ceil(SAMPLES);
+    let tiles: Vec<Sums> = by_tile
+        .par_iter()
+        .map(|lit| {
+            let chosen: Vec<&Place> = lit.iter().step_by(step).copied().collect();
+            Sums::new(&chosen, responses, noise, &table)
         })
         .collect();
-    let mut sums = Sums::new();
-    for piece in &pieces {
-        sums.merge(piece);
-    }
-    Some(sums.predicted(responses.r.len(), lit_shares(places, &lit)))
-}
-
-fn lit_shares(places: &Places, lit: &[&Place]) -> Vec<f64> {
-    let count = |tile: usize, of: &mut dyn Iterator<Item = &Place>| {
-        of.filter(|place| place.tile == tile).count() as f64
-    };
-    (0..TILES.0 * TILES.1)
-        .map(|tile| {
-            let all = count(tile, &mut places.places.iter());
-            count(tile, &mut lit.iter().copied()) / all.max(1.0)
-        })
-        .collect()
+    let share = |(lit, all): (&Vec<&Place>, usize)| lit.len() as f64 / all.max(1) as f64;
+    let lit = by_tile.iter().zip(all).map(share).collect();
+    Some(predicted(&tiles, responses.r.len(), lit))
 }
 
 impl Sums {
-    fn new() -> Self {
-        Self {
-            error: vec![[[0.0; CLASSES]; CLASSES]; TILES.0 * TILES.1],
-            count: [0; TILES.0 * TILES.1],
-            distances: vec![0; CLASSES * CLASSES * ENTRIES],
+    fn new(
+        places: &[&Place],
+        responses: &Responses,
+        noise: NoiseLaw,
+        table: &[f32; ENTRIES],
+    ) -> Self {
+        let mut sums = Self {
+            error: [0.0; PAIRS],
+            count: places.len(),
+            distances: vec![0; PAIRS * ENTRIES],
             squared_line_error: [0.0; PALETTE_SIZE],
+        };
+        for places in places.chunks(LANES) {
+            let squared = squared_distances(places, responses, noise);
+            sums.add(&squared, places.len(), table);
         }
+        sums
     }
 
-    fn merge(&mut self, other: &Self) {
-        for (tile, from) in self.error.iter_mut().zip(&other.error) {
-            for (row, from) in tile.iter_mut().zip(from) {
-                row.iter_mut().zip(from).for_each(|(a, b)| *a += b);
+    fn add(&mut self, squared: &[[f32; LANES]; PAIRS], count: usize, table: &[f32; ENTRIES]) {
+        let histograms = self.distances.chunks_exact_mut(ENTRIES);
+        for ((squared, histogram), sum) in squared.iter().zip(histograms).zip(&mut self.error) {
+            let entries = squared.map(|s| (s.sqrt() * STEPS).min(ENTRIES as f32 - 1.0) as i32);
+            let mut error = 0.0;
+            for entry in &entries[..count] {
+                let entry = *entry as usize % ENTRIES;
+                error += table[entry];
+                histogram[entry] += 1;
             }
-        }
-        self.count
-            .iter_mut()
-            .zip(&other.count)
-            .for_each(|(a, b)| *a += b);
-        self.distances
-            .iter_mut()
-            .zip(&other.distances)
-            .for_each(|(a, b)| *a += b);
-        self.squared_line_error
-            .iter_mut()
-            .zip(&other.squared_line_error)
-            .for_each(|(a, b)| *a += b);
-    }
-
-    fn add(&mut self, place: &Place, responses: &Responses, noise: NoiseLaw, table: &[f32]) {
-        let squared = squared_distances(place, responses, noise);
-        self.count[place.tile] += 1;
-        let errors = &mut self.error[place.tile];
-        for a in 0..CLASSES {
-            for b in a + 1..CLASSES {
-                let entry = ((squared[a][b].sqrt() * STEPS) as usize).min(ENTRIES - 1);
-                errors[a][b] += table[entry];
-                self.distances[(a * CLASSES + b) * ENTRIES + entry] += 1;
-            }
+            *sum += f64::from(error);
         }
         for (k, sum) in self.squared_line_error.iter_mut().enumerate() {
-            let error = LINE_ERROR_PX / squared[k][DARK].sqrt().max(LINE_ERROR_PX);
-            *sum += f64::from(error * error);
-        }
-    }
-
-    fn predicted(&self, colours: usize, lit: Vec<f64>) -> Predicted {
-        let all: usize = self.count.iter().sum();
-        let mut mean = [[0.0_f64; CLASSES]; CLASSES];
-        for tile in &self.error {
-            for (a, b) in pairs() {
-                mean[a][b] += f64::from(tile[a][b]) / all as f64;
+            for squared in &squared[pair_number(k, DARK)][..count] {
+                let error = LINE_ERROR_PX / squared.sqrt().max(LINE_ERROR_PX);
+                *sum += f64::from(error * error);
             }
         }
-        let tile = |(errors, &count): (&Pairs, &usize)| {
-            (count > 0).then(|| {
-                let error = |a: usize, b: usize| f64::from(errors[a][b]) / count as f64;
-                table_of(colours, error, |_, _| 0.0)
-            })
-        };
-        Predicted {
-            separability: table_of(
-                colours,
-                |a, b| mean[a][b],
-                |a, b| self.tenth_percentile(a, b, all),
-            ),
-            tiles: self.error.iter().zip(&self.count).map(tile).collect(),
-            line_error_px: self.squared_line_error[..colours]
-                .iter()
-                .map(|sum| (sum / all as f64).sqrt())
-                .collect(),
-            lit,
-        }
-    }
-
-    fn tenth_percentile(&self, a: usize, b: usize, all: usize) -> f64 {
-        let start = (a * CLASSES + b) * ENTRIES;
-        let mut below = 0;
-        for (entry, count) in self.distances[start..start + ENTRIES].iter().enumerate() {
-            below += *count as usize;
-            if below * 10 > all {
-                return (entry as f64 + 0.5) / f64::from(STEPS);
-            }
-        }
-        ENTRIES as f64 / f64::from(STEPS)
     }
 }
 
-fn pairs() -> impl Iterator<Item = (usize, usize)> {
-    (0..CLASSES).flat_map(|a| (a + 1..CLASSES).map(move |b| (a, b)))
+fn predicted(tiles: &[Sums], colours: usize, lit: Vec<f64>) -> Predicted {
+    let all: usize = tiles.iter().map(|tile| tile.count).sum();
+    let error = |pair: usize| tiles.iter().map(|t| t.error[pair]).sum::<f64>() / all as f64;
+    let line_error = |k: usize| {
+        let sum: f64 = tiles.iter().map(|t| t.squared_line_error[k]).sum();
+        (sum / all as f64).sqrt()
+    };
+    let tile = |tile: &Sums| {
+        let error = |pair: usize| tile.error[pair] / tile.count as f64;
+        (tile.count > 0).then(|| table_of(colours, error, |_| 0.0))
+    };
+    Predicted {
+        separability: table_of(colours, error, |pair| tenth_percentile(tiles, pair, all)),
+        tiles: tiles.iter().map(tile).collect(),
+        line_error_px: (0..colours).map(line_error).collect(),
+        lit,
+    }
 }
 
-/// Fills the symmetric tables from functions of a pair a < b.
+fn tenth_percentile(tiles: &[Sums], pair: usize, all: usize) -> f64 {
+    let mut below = 0;
+    for entry in 0..ENTRIES {
+        let at = pair * ENTRIES + entry;
+        below += tiles
+            .iter()
+            .map(|t| t.distances[at] as usize)
+            .sum::<usize>();
+        if below * 10 > all {
+            return (entry as f64 + 0.5) / f64::from(STEPS);
+        }
+    }
+    ENTRIES as f64 / f64::from(STEPS)
+}
+
+/// Fills the symmetric tables from functions of a pair's number.
 fn table_of(
     colours: usize,
-    error: impl Fn(usize, usize) -> f64,
-    distance: impl Fn(usize, usize) -> f64,
+    error: impl Fn(usize) -> f64,
+    distance: impl Fn(usize) -> f64,
 ) -> Separability {
-    let square = |of: &dyn Fn(usize, usize) -> f64| {
-        (0..colours)
-            .map(|a| {
-                (0..colours)
-                    .map(|b| if a == b { 0.0 } else { of(a.min(b), a.max(b)) })
-                    .collect()
-            })
-            .collect()
+    let square = |of: &dyn Fn(usize) -> f64| {
+        let mut square = vec![vec![0.0; colours]; colours];
+        for a in 0..colours {
+            for b in a + 1..colours {
+                square[a][b] = of(pair_number(a, b));
+                square[b][a] = square[a][b];
+            }
+        }
+        square
     };
+    let dark = |of: &dyn Fn(usize) -> f64| (0..colours).map(|a| of(pair_number(a, DARK))).collect();
     Separability {
         error: square(&error),
         distance: square(&distance),
-        dark_error: (0..colours).map(|a| error(a, DARK)).collect(),
-        dark_distance: (0..colours).map(|a| distance(a, DARK)).collect(),
+        dark_error: dark(&error),
+        dark_distance: dark(&distance),
     }
-}
-
-/// Squared Mahalanobis distances between the classes at one place, for a reader that divides by a white
-/// line there, whose own noise counts as well. Classes beyond the colours of the trial stay at no line.
-fn squared_distances(place: &Place, responses: &Responses, noise: NoiseLaw) -> Pairs {
-    let mut squared = [[0.0_f32; CLASSES]; CLASSES];
-    for c in (0..3).filter(|&c| place.usable[c]) {
-        let white = (place.white[c] * responses.line_level).max(0.0);
-        let reference = noise.variance(place.dark[c] + white);
-        let (mut mean, mut variance) = ([0.0; CLASSES], [0.0; CLASSES]);
-        for k in 0..CLASSES {
-            let r = responses.r.get(k).map_or(0.0, |r| r[c]);
-            mean[k] = r * white;
-            let shot = noise.variance(place.dark[c] + mean[k]) + r * r * reference;
-            variance[k] = responses.excess * shot + (LIGHT_ERROR * mean[k]).powi(2);
-        }
-        // both halves of the square, so that the compiler takes several b at a time
-        for a in 0..CLASSES {
-            for b in 0..CLASSES {
-                let apart = mean[a] - mean[b];
-                squared[a][b] += 2.0 * apart * apart / (variance[a] + variance[b]);
-            }
-        }
-    }
-    squared
 }
 
 /// Q(d/2) for the middle of each entry of distance, Q the tail of the normal distribution.
-fn error_table() -> Vec<f32> {
-    (0..ENTRIES)
-        .map(|entry| tail((entry as f64 + 0.5) / f64::from(STEPS) / 2.0) as f32)
-        .collect()
+fn error_table() -> [f32; ENTRIES] {
+    std::array::from_fn(|entry| tail((entry as f64 + 0.5) / f64::from(STEPS) / 2.0) as f32)
 }
 
 /// Tail probability of the standard normal distribution for x >= 0, to 7.5e-8 (Abramowitz and Stegun,
@@ -257,4 +196,36 @@ fn tail(x: f64) -> f64 {
             + t * (-0.356_563_782
                 + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
     (-x * x / 2.0).exp() / (2.0 * std::f64::consts::PI).sqrt() * polynomial
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tail_is_that_of_the_normal_distribution() {
+        for (x, q) in [(0.0, 0.5), (1.0, 0.158_655_3), (3.0, 0.001_349_9)] {
+            assert!((tail(x) - q).abs() < 1e-6, "{x}");
+        }
+    }
+
+    #[test]
+    fn tables_are_symmetric_and_a_tile_without_places_has_none() {
+        let place = *Places::grey_wall().places.first().unwrap();
+        let places = Places {
+            places: vec![place; 20],
+        };
+        let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255; 3]].map(shared::pattern::Rgb);
+        let responses = Responses::nominal(&colours);
+        let found = predict(&places, &responses, NoiseLaw::COMMON).unwrap();
+        let error = &found.separability.error;
+        for a in 0..4 {
+            assert_eq!(error[a][a], 0.0);
+            assert!((0..4).all(|b| error[a][b] == error[b][a]));
+        }
+        assert_eq!(found.tiles[0].as_ref().unwrap().error, *error);
+        assert!(found.tiles[1..].iter().all(Option::is_none));
+        assert_eq!((found.lit[0], found.lit[1]), (1.0, 0.0));
+        assert_eq!(CLASSES * (CLASSES - 1) / 2, PAIRS);
+    }
 }

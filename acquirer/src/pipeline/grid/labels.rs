@@ -247,6 +247,10 @@ impl Decoder<'_> {
     /// offsets weighed by how well the crossings then lie on their epipolar lines.
     fn place_by_epipolar_lines(&self, part: &Patch) -> Option<([i32; 2], f64)> {
         let epipolar = self.epipolar?;
+        let window = self.flat.window.max(self.steep.window);
+        if part.nodes.len() < 2 * window {
+            return None; // in a long code a few crossings find a place of their colours by chance
+        }
         let [flat, steep] = Axis::BOTH.map(|family| {
             let lines = self.evidence(family, part.members());
             let mut places = self.places(family, &lines);

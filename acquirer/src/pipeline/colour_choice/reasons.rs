@@ -73,12 +73,17 @@ fn runner_up(grounds: &Grounds<'_>) -> Option<String> {
     let ranking = &grounds.selection.ranking;
     let other = ranking
         .iter()
-        .find(|set| set.names != grounds.chosen.names)?;
+        .find(|set| !has_the_colours_of(set, grounds.chosen))?;
     Some(format!(
         "The nearest other set, {}, comes to {}.",
         list(&other.names),
         percent(other.expected_error)
     ))
+}
+
+/// Whether two sets hold the same colours, in whatever order.
+fn has_the_colours_of(set: &ColourSet, other: &ColourSet) -> bool {
+    set.names.iter().all(|name| other.names.contains(name))
 }
 
 fn in_use(grounds: &Grounds<'_>) -> Option<String> {
@@ -91,7 +96,8 @@ fn in_use(grounds: &Grounds<'_>) -> Option<String> {
         )
     } else {
         format!(
-            "They are the colours in use; no other set is better by more than {:.0} %, so they stay.",
+            "They are the colours in use, and stay unless another set is better by more than {:.0} % and by \
+             more than anyone would notice.",
             100.0 * WORTH_CHANGING
         )
     })

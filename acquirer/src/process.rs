@@ -13,7 +13,7 @@ use crate::{
     config::Config,
     output::{OutputError, ResultPaths, write_results},
     pipeline::{
-        Captures, PipelineError, Projected, StageReading,
+        Captures, PipelineError, Projected,
         colour_choice::ColourSelection,
         dense::find_dense_lines,
         read_stage,
@@ -109,30 +109,37 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
     let projected = folder.projected();
     let calibration = load_calibration(folder)?;
     let selection = load_selection(folder)?;
-    let background = folder.captures(Stage::Background)?;
-    let object = folder.captures(Stage::Object)?;
-    if background.prmvs.is_empty() && object.prmvs.is_empty() {
-        return Err(ProcessError::Empty(folder.dir().display().to_string()));
-    }
-    lap("load", &mut times);
-    let read = |stage, captures: &Captures| -> Result<Option<StageReading>, ProcessError> {
-        if captures.prmvs.is_empty() {
-            return Ok(None);
-        }
-        read_stage(captures, &projected, calibration.as_ref(), &config.pipeline)
-            .map(Some)
-            .map_err(|source| ProcessError::Pipeline { stage, source })
-    };
     let mut result = ScanResult {
         method: config.pipeline.method,
         depth_per_px: config.shift.depth_per_px,
-        background: read(Stage::Background, &background)?,
         settings: serde_json::to_value(config.pipeline).unwrap_or_default(),
         ..ScanResult::default()
     };
-    lap("read background", &mut times);
-    result.object = read(Stage::Object, &object)?;
-    lap("read object", &mut times);
+    // one stage after the other, so that the repeats of only one are in memory
+    let mut read = |stage, steps: [&'static str; 2]| {
+        let mut captures = folder.captures(stage)?;
+        lap(steps[0], &mut times);
+        let reading = if captures.prmvs.is_empty() {
+            None
+        } else {
+            let read = read_stage(
+                &captures,
+                &projected,
+                calibration.as_ref(),
+                &config.pipeline,
+            );
+            Some(read.map_err(|source| ProcessError::Pipeline { stage, source })?)
+        };
+        captures.keep_first();
+        lap(steps[1], &mut times);
+        Ok::<_, ProcessError>((captures, reading))
+    };
+    let (background, before) = read(Stage::Background, ["load background", "read background"])?;
+    let (object, after) = read(Stage::Object, ["load object", "read object"])?;
+    if background.prmvs.is_empty() && object.prmvs.is_empty() {
+        return Err(ProcessError::Empty(folder.dir().display().to_string()));
+    }
+    (result.background, result.object) = (before, after);
     find_shape(
         &mut result,
         [&background, &object],

@@ -108,6 +108,19 @@ pub struct Captures {
 }
 
 impl Captures {
+    /// Lets go of all repeats but the first of each kind: enough to look at, once they have been read.
+    pub fn keep_first(&mut self) {
+        for frames in [
+            &mut self.black,
+            &mut self.white,
+            &mut self.prmvs,
+            &mut self.unary,
+        ] {
+            frames.truncate(1);
+        }
+        self.solid.clear();
+    }
+
     /// Every capture with what it shows.
     pub(crate) fn named(&self) -> impl Iterator<Item = (String, &RgbImage)> {
         let known = [

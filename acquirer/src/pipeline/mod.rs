@@ -2,7 +2,7 @@
 //! the same captures and settings give the same result, bit for bit, on any number of threads.
 //!
 //! ```text
-//! captures -> reference -> gain -> lines -> crossings -> grid (decoded) -> shift / surface
+//! captures -> reference, line_light -> gain -> lines -> crossings -> grid (decoded) -> shift / surface
 //! ```
 //!
 //! # Conventions
@@ -16,6 +16,8 @@ pub mod tiles;
 pub mod response;
 
 pub mod reference;
+
+pub mod line_light;
 
 pub mod gain;
 

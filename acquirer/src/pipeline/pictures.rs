@@ -5,8 +5,8 @@ use shared::{geometry::CameraPixel, pattern::Axis};
 
 use super::{
     PipelineSettings, StagePicture,
-    gain::LineLight,
     grid::DecodedGrid,
+    line_light::LineLight,
     lines::Lines,
     plane::Plane,
     reference::{References, lit_mask},

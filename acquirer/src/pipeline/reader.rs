@@ -13,8 +13,9 @@ use shared::{
 use super::{
     PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes, colours,
     crossings::find_crossings,
-    gain::{GainBuffers, GainImage, LineLight, filter_weights, find_gain, merge_gains},
+    gain::{GainBuffers, GainImage, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
+    line_light::{LineLight, filter_weights},
     lines::{LineBuffers, find_lines},
     pictures::{self, Seen},
     plane::Plane,

@@ -20,7 +20,7 @@ use shared::pattern::{Axis, MAX_COLOURS, Rgb};
 
 use super::{
     crossings::{Arms, Crossings},
-    gain::{LineLight, PixelLight},
+    line_light::{LineLight, PixelLight},
     lines::Lines,
     plane::Plane,
     response::Response,

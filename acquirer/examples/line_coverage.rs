@@ -11,7 +11,7 @@
 //! px of where it truly is. A point is wrong when what it lies on is lit by light more than a quarter of the pitch
 //! from its line's middle. The table goes to standard output or a file.
 
-use std::{collections::HashMap, fs, path::Path};
+use std::{collections::HashMap, fs};
 
 use acquirer::pipeline::{
     Captures, PipelineSettings, Projected,
@@ -19,6 +19,7 @@ use acquirer::pipeline::{
     read_stage,
 };
 use anyhow::{Context, Result};
+use rig_tests::measure::shipped_scenes;
 use shared::{
     geometry::CameraPixel,
     pattern::{Axis, GridSettings, Pattern},
@@ -32,14 +33,8 @@ const COVERED_PX: f64 = 1.5;
 const WRONG_OF_PITCH: f64 = 0.25;
 
 fn main() -> Result<()> {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/scenes");
-    let mut files: Vec<_> = fs::read_dir(&scenes)?
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
-        .collect();
-    files.sort();
     let mut rows = String::new();
-    for file in files {
+    for file in shipped_scenes()? {
         let scene = Scene::load(&file)?;
         let name = file.file_stem().context("a scene has a name")?;
         for stage in Stage::BOTH {

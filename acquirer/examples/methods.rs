@@ -15,7 +15,7 @@ use acquirer::{
 };
 use anyhow::{Context, Result};
 use rig_tests::{
-    measure::{Reading, Repeats, SimulatedScan, Sum, in_repository},
+    measure::{Reading, Repeats, SimulatedScan, Sum, in_repository, shipped_scenes},
     read_truth,
 };
 use shared::{
@@ -85,12 +85,7 @@ fn read(case: &Case, captures: &Captures, stage: Stage, method: Method) -> Resul
 }
 
 fn cases() -> Result<Vec<Case>> {
-    let mut scenes: Vec<_> = fs::read_dir(in_repository("config/scenes"))?
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.extension().is_some_and(|end| end == "toml"))
-        .collect();
-    scenes.sort();
-    let mut cases = scenes
+    let mut cases = shipped_scenes()?
         .iter()
         .map(|path| simulated(path))
         .collect::<Result<Vec<_>>>()?;

@@ -121,6 +121,22 @@ impl Condition {
     }
 }
 
+/// The files of the shipped scenes, sorted by name.
+///
+/// # Errors
+/// A folder that can't be read.
+pub fn shipped_scenes() -> anyhow::Result<Vec<PathBuf>> {
+    let mut scenes = Vec::new();
+    for entry in fs::read_dir(in_repository("config/scenes"))? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|end| end == "toml") {
+            scenes.push(path);
+        }
+    }
+    scenes.sort();
+    Ok(scenes)
+}
+
 /// A path from the repository's root.
 #[must_use]
 pub fn in_repository(path: &str) -> PathBuf {

@@ -8,7 +8,7 @@ mod reading;
 
 mod sweep;
 
-pub use conditions::{Condition, Group, Sweep, in_repository};
+pub use conditions::{Condition, Group, Sweep, in_repository, shipped_scenes};
 pub use reading::{Reading, Sum, cpu_time};
 pub use simulated::{Repeats, SimulatedScan};
 pub use sweep::{Row, SweepTable, run_sweep};

@@ -37,7 +37,7 @@ impl Evidence<'_> {
         let in_use = current.and_then(|colours| self.set_in_use(colours));
         let kept = in_use
             .as_ref()
-            .filter(|(set, _)| !is_worth_changing(set, &best));
+            .filter(|(set, _)| !self.judged.measured || !is_worth_changing(set, &best));
         let (set, chosen) = kept
             .cloned()
             .unwrap_or_else(|| (best, self.in_symbol_order(&best)));

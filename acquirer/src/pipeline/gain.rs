@@ -100,7 +100,7 @@ fn find_gain_of<const N: usize>(
     buffers
         .strips
         .resize_with(height.div_ceil(STRIP), Default::default);
-    let filter = Filter::<N>::new(colours, settings);
+    let filter = Filter::<N>::new(light, colours, settings);
     let strips = image
         .gain
         .values_mut()
@@ -128,19 +128,41 @@ fn find_gain_of<const N: usize>(
         });
 }
 
+/// Errors of red, green and blue relative to each other: a colour mosaic samples green twice as densely.
+const BAYER_ERROR: [f64; 3] = [1.0, 0.5, 1.0];
+
 /// The matched filter over the channels, for `N` colours.
 struct Filter<const N: usize> {
     /// Linear responses; the first colour fills what is left.
     colours: [[f32; 3]; N],
     shrink: f32,
+    channels: [ChannelError; 3],
+}
+
+/// The squared error of one channel's light above black, for a capture of half of white's light:
+/// `floor + of_black K + of_white s + of_square s^2`.
+#[derive(Debug, Clone, Copy)]
+struct ChannelError {
+    floor: f32,
+    of_black: f32,
+    of_white: f32,
+    of_square: f32,
 }
 
 impl<const N: usize> Filter<N> {
-    fn new(colours: &[[f32; 3]], settings: &GainSettings) -> Self {
+    fn new(light: &LineLight<'_>, colours: &[[f32; 3]], settings: &GainSettings) -> Self {
         let first = colours.first().copied().unwrap_or([1.0; 3]);
+        let [_, black_share] = light.shares();
+        let noise = light.noise;
         Self {
             colours: std::array::from_fn(|k| colours.get(k).copied().unwrap_or(first)),
             shrink: settings.shrink.max(1e-6) as f32,
+            channels: std::array::from_fn(|c| ChannelError {
+                floor: noise.floor[c] * (1.0 + black_share),
+                of_black: noise.growth[c] * (1.0 + black_share),
+                of_white: 0.5 * noise.growth[c],
+                of_square: (BAYER_ERROR[c] * settings.channel_error).powi(2) as f32,
+            }),
         }
     }
 
@@ -148,21 +170,22 @@ impl<const N: usize> Filter<N> {
     #[inline(always)]
     fn block(
         &self,
-        [lights, blacks, whites, weights]: [[&[f32]; 3]; 4],
+        [lights, blacks, whites]: [[&[f32]; 3]; 3],
         gain: &mut [f32],
         powers: &mut [f32],
     ) {
         let mut signals = [[0.0f32; BLOCK]; 3];
         let mut powers_of = [[0.0f32; BLOCK]; 3];
         for c in 0..3 {
-            let inputs = lights[c]
-                .iter()
-                .zip(blacks[c])
-                .zip(whites[c])
-                .zip(weights[c]);
+            let error = self.channels[c];
+            let inputs = lights[c].iter().zip(blacks[c]).zip(whites[c]);
             let outputs = signals[c].iter_mut().zip(&mut powers_of[c]);
-            for ((((&l, &k), &white), &weight), (signal, power)) in inputs.zip(outputs) {
+            for (((&l, &k), &white), (signal, power)) in inputs.zip(outputs) {
                 let l = if l < CLIPPED_LIGHT { l } else { 1.0 };
+                let squared = error.floor
+                    + error.of_black * k
+                    + (error.of_white + error.of_square * white) * white;
+                let weight = white / squared;
                 *signal = (l - k) * weight;
                 *power = white * weight;
             }
@@ -219,15 +242,13 @@ impl<const N: usize> NullaryFnOnce for RowFilter<'_, N> {
             .each_ref()
             .map(|plane| plane.row(self.y));
         let whites = self.light.white.each_ref().map(|plane| plane.row(self.y));
-        let weights = self.light.weights.each_ref().map(|plane| plane.row(self.y));
         let blocks = self
             .gain
             .chunks_mut(BLOCK)
             .zip(self.power.chunks_mut(BLOCK));
         for (n, (gain, power)) in blocks.enumerate() {
             let range = n * BLOCK..n * BLOCK + gain.len();
-            let inputs =
-                [lights, blacks, whites, weights].map(|rows| rows.map(|row| &row[range.clone()]));
+            let inputs = [lights, blacks, whites].map(|rows| rows.map(|row| &row[range.clone()]));
             self.filter.block(inputs, gain, power);
         }
     }

@@ -1,7 +1,7 @@
 //! The light of a grid capture, ready to be measured: above black, and beside what white would give.
 //!
-//! Takes the repeated captures of one grid and the references; gives linear light pixel by pixel, its variance,
-//! and the matched filter's weights. Without a measured white the brightest light of the neighbourhood stands
+//! Takes the repeated captures of one grid and the references; gives linear light pixel by pixel and its variance.
+//! Without a measured white the brightest light of the neighbourhood stands
 //! for it, or the unary grid itself. A clipped channel counts as bright and uncertain; where only white was
 //! clipped, white counts as full scale, so that a line in a highlight is still seen.
 
@@ -28,8 +28,6 @@ pub struct LineLight<'a> {
     pub black: &'a Light,
     /// Light that a white line would give, per channel; at least so much where it was clipped.
     pub white: Cow<'a, [Plane; 3]>,
-    /// What the matched filter multiplies each channel's light with: `white` over its squared error.
-    pub weights: Cow<'a, [Plane; 3]>,
     /// For each pixel bit 0, 1, 2 is set where the references of red, green, blue were clipped; may be empty.
     pub clipped: &'a [u8],
     /// Whether `white` was measured; else it is a guess that carries no albedo.
@@ -58,13 +56,12 @@ const WHITE_CLIPPED_ERROR: f32 = 0.3;
 
 impl<'a> LineLight<'a> {
     /// Captures over measured black and white light. Without measured white the strongest light of the
-    /// neighbourhood stands for it; without `weights` they are found here.
+    /// neighbourhood stands for it.
     #[must_use]
     pub fn new(
         (frames, response): (&'a [RgbImage], &'a Response),
         black: &'a Light,
         references: &'a References,
-        weights: Option<&'a [Plane; 3]>,
         settings: &GainSettings,
     ) -> Self {
         let white = references.white.as_ref();
@@ -73,7 +70,6 @@ impl<'a> LineLight<'a> {
             response,
             black,
             white: Cow::Owned(Default::default()),
-            weights: Cow::Owned(Default::default()),
             clipped: &references.clipped,
             white_is_measured: white.is_some(),
             noise: references.noise,
@@ -81,15 +77,6 @@ impl<'a> LineLight<'a> {
         light.white = match white {
             Some(white) => Cow::Borrowed(white),
             None => Cow::Owned(light.strongest(settings)),
-        };
-        light.weights = match weights {
-            Some(weights) => Cow::Borrowed(weights),
-            None => Cow::Owned(filter_weights(
-                black,
-                &light.white,
-                references.noise,
-                settings,
-            )),
         };
         light
     }
@@ -133,12 +120,7 @@ impl<'a> LineLight<'a> {
 
     /// Without a measured white, the unary grid's light over its own colour stands for it, if that colour
     /// has all three channels; lines then have their own albedo and profile as reference.
-    pub(super) fn take_white_from(
-        &mut self,
-        unary: &Self,
-        colour: [f32; 3],
-        settings: &GainSettings,
-    ) {
+    pub(super) fn take_white_from(&mut self, unary: &Self, colour: [f32; 3]) {
         if self.white_is_measured || !stands_for_white(colour) {
             return;
         }
@@ -153,13 +135,12 @@ impl<'a> LineLight<'a> {
                 }
             });
         }
-        self.weights = Cow::Owned(filter_weights(self.black, &white, self.noise, settings));
         self.white = Cow::Owned(white);
         self.white_is_measured = true;
     }
 
     /// Shares of one capture's variance in the mean of the grid's and of black's repeats.
-    fn shares(&self) -> [f32; 2] {
+    pub(super) fn shares(&self) -> [f32; 2] {
         [self.frames.len(), self.black.repeats].map(|repeats| 1.0 / repeats.max(1) as f32)
     }
 
@@ -207,31 +188,3 @@ pub(super) fn stands_for_white(colour: [f32; 3]) -> bool {
     const LEAST: f32 = 0.15; // of full light in each channel, for a usable signal
     colour.iter().all(|&share| share >= LEAST)
 }
-
-/// What the matched filter multiplies each channel's light above black with: the light that white gives over
-/// the squared error of a capture of half that light.
-pub(super) fn filter_weights(
-    black: &Light,
-    white: &[Plane; 3],
-    noise: NoiseLaw,
-    settings: &GainSettings,
-) -> [Plane; 3] {
-    let black_share = 1.0 / black.repeats.max(1) as f32;
-    let mut weights = white.clone();
-    for (c, plane) in weights.iter_mut().enumerate() {
-        let error = (BAYER_ERROR[c] * settings.channel_error).powi(2) as f32;
-        let pixels = plane
-            .values_mut()
-            .iter_mut()
-            .zip(black.channels[c].values());
-        pixels.for_each(|(value, &k)| {
-            let white = *value;
-            let variance = noise.variance(c, k + 0.5 * white) + black_share * noise.variance(c, k);
-            *value = white / (variance + error * white * white);
-        });
-    }
-    weights
-}
-
-/// Errors of red, green and blue relative to each other: a colour mosaic samples green twice as densely.
-const BAYER_ERROR: [f64; 3] = [1.0, 0.5, 1.0];

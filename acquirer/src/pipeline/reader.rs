@@ -15,10 +15,9 @@ use super::{
     crossings::find_crossings,
     gain::{GainBuffers, GainImage, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
-    line_light::{LineLight, filter_weights},
+    line_light::LineLight,
     lines::{LineBuffers, find_lines},
     pictures::{self, Seen},
-    plane::Plane,
     reference::{References, dark_cells, find_references},
     response::{Light, Response},
     stale::StaleTiles,
@@ -32,8 +31,6 @@ pub struct Reader {
     settings: PipelineSettings,
     response: Response,
     references: References,
-    /// The matched filter's weights, when the references tell them.
-    weights: Option<[Plane; 3]>,
     /// Size of the references' pictures.
     size: Option<RasterSize>,
     /// Linear light of the coded grid's colours.
@@ -67,12 +64,8 @@ impl Reader {
         check_sizes(named(&[("black", black), ("white", white)]))?;
         let response = Response::new(&settings.response);
         let references = find_references(black, white, &response, &settings.reference);
-        let measured = references.black.as_ref().zip(references.white.as_ref());
-        let weights = measured
-            .map(|(black, white)| filter_weights(black, white, references.noise, &settings.gain));
         Ok(Self {
             references,
-            weights,
             size: black.first().or(white.first()).map(size),
             colours: nominal(projected.pattern.coded.colours()),
             decoding: Decoding::new(&projected.pattern.coded),
@@ -124,8 +117,7 @@ impl Reader {
         let buffers = &mut self.buffers;
         let light = |frames, references| {
             let captures = (frames, &self.response);
-            let weights = self.weights.as_ref().filter(|_| mended.is_none());
-            LineLight::new(captures, black, references, weights, &settings.gain)
+            LineLight::new(captures, black, references, &settings.gain)
         };
         let mut coded = light(coded, for_coded);
         let rows = &mut buffers.rows;
@@ -133,7 +125,7 @@ impl Reader {
             let unary = light(unary, for_unary);
             let colour = colours::nominal_response(self.projected.pattern.unary);
             find_gain(&unary, &[colour], &settings.gain, rows, &mut buffers.unary);
-            coded.take_white_from(&unary, colour, &settings.gain);
+            coded.take_white_from(&unary, colour);
         }
         let geometry = if unary.is_empty() || settings.gain.both_grids {
             find_gain(
@@ -241,13 +233,13 @@ impl Reader {
         };
         let bare = |frames| {
             let captures = (frames, &self.response);
-            LineLight::new(captures, &dark, &nothing, None, &self.settings.gain)
+            LineLight::new(captures, &dark, &nothing, &self.settings.gain)
         };
         let mut from_coded = bare(coded);
         let from_unary = bare(if unary.is_empty() { coded } else { unary });
         if !unary.is_empty() {
             let colour = colours::nominal_response(self.projected.pattern.unary);
-            from_coded.take_white_from(&from_unary, colour, &self.settings.gain);
+            from_coded.take_white_from(&from_unary, colour);
         }
         [&from_coded, &from_unary].map(|light| stale.mend(&self.references, &dark, &light.white))
     }

@@ -1,7 +1,7 @@
 //! How long the choice of colours takes at 640 x 480, once the frames are there.
 //!
 //! `separability` is the measuring and predicting, `choice` all of it: with the thesis's score, which looks
-//! at every pixel of the sixteen frames.
+//! at a lattice of pixels of the sixteen frames.
 
 #[path = "../tests/painted_wall/wall.rs"]
 mod wall;

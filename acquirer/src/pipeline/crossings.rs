@@ -284,14 +284,11 @@ fn set_arms(crossings: &mut Crossings, lines: &Lines, settings: &CrossingSetting
     let reach = settings.reach.clamp(0.2, 1.0);
     for axis in Axis::BOTH {
         let typical = median_gap(crossings, axis);
-        let other_width = match axis {
-            Axis::Row => lines.columns.width_px,
-            Axis::Column => lines.rows.width_px,
-        };
         let other = match axis {
             Axis::Row => Axis::Column,
             Axis::Column => Axis::Row,
         };
+        let other_width = lines.family(other).width_px;
         let undisturbed = 0.5 * other_width + settings.margin_px;
         let lean_reach = DISTURBED_WIDTHS * lines.family(axis).width_px;
         for track in crossings.on(axis).to_vec() {

@@ -1,8 +1,7 @@
 //! The light of a grid capture, ready to be measured: above black, and beside what white would give.
 //!
 //! Takes the repeated captures of one grid and the references; gives linear light pixel by pixel and its variance.
-//! Without a measured white the brightest light of the neighbourhood stands
-//! for it, or the unary grid itself. A clipped channel counts as bright and uncertain; where only white was
+//! Without a measured white the brightest light of the neighbourhood stands for it, or the unary grid itself. A clipped channel counts as bright and uncertain; where only white was
 //! clipped, white counts as full scale, so that a line in a highlight is still seen.
 
 use std::borrow::Cow;
@@ -43,7 +42,7 @@ pub struct PixelLight {
     pub above_black: [f32; 3],
     /// Light that a white line would give.
     pub white: [f32; 3],
-    /// Variance of `above_black` as a share of `white`: much where either was clipped.
+    /// Variance of `above_black`; large where the capture or its white reference was clipped.
     pub variance: [f32; 3],
     /// Which channels of the captures are below full scale.
     pub usable: [bool; 3],

@@ -15,7 +15,7 @@ use super::{
 };
 
 /// Side of a tile, in camera pixels.
-pub(super) const TILE: usize = 32;
+const TILE: usize = 32;
 /// Every so many pixels, in both directions, are looked at.
 const STEP: usize = 5;
 /// Standard deviations of noise that count as a difference.

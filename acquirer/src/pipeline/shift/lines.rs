@@ -17,8 +17,9 @@ use super::{
 };
 use crate::pipeline::dense::DenseLine;
 
-/// Smallest sine of the angle between a line and the epipolar direction (30 degrees).
-const LEAST_SINE: f64 = 0.5;
+/// Smallest sine of the angle between a line and the epipolar direction for the line's points to count
+/// (30 degrees): below it the depth error more than doubles.
+pub(in crate::pipeline) const LEAST_SINE: f64 = 0.5;
 /// A vertex is rejected when its error across is larger than this many standard deviations.
 const REJECT_SIGMA: f64 = 3.0;
 /// Least standard deviation across, camera px: what a good crossing has.

@@ -22,7 +22,10 @@ use super::{
     Captures, Projected, StageReading,
     dense::{DenseLine, find_dense_lines},
     grid::DecodedCrossing,
-    shift::{epipolar::Epipolar, lines::sine},
+    shift::{
+        epipolar::Epipolar,
+        lines::{LEAST_SINE, sine},
+    },
 };
 
 /// A point of the surface, in the camera frame: x right, y down, z forward.
@@ -41,10 +44,6 @@ pub struct SurfacePoint {
     /// Probability that the label is right, 0 to 1.
     pub confidence: f64,
 }
-
-/// Smallest sine of the angle between a line and the epipolar direction for the line's points to count
-/// (30 degrees): below it the depth error more than doubles.
-const LEAST_SINE: f64 = 0.5;
 
 /// Largest distance of a vertex from its epipolar line, camera px.
 const OFF_EPIPOLAR_PX: f64 = 3.0;

@@ -12,9 +12,10 @@ pub mod clock;
 pub mod config;
 pub mod gui;
 pub mod output;
-pub mod pipeline;
 pub mod process;
 pub mod projector_link;
 pub mod scan;
 pub mod score;
 pub mod session;
+
+pub use ::pipeline;

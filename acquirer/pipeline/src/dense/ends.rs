@@ -7,7 +7,7 @@
 use shared::pattern::{Axis, GridIndex};
 
 use super::{Sample, Stretch, Way, line_of};
-use crate::pipeline::grid::{DecodedCrossing, DecodedGrid, DropReason, LineTrack};
+use crate::grid::{DecodedCrossing, DecodedGrid, DropReason, LineTrack};
 
 /// A crossing lies on a line when it is at most this far beside it, camera px: tracks drift by a pixel in crossings.
 const BESIDE_PX: f64 = 1.5;

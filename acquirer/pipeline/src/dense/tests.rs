@@ -1,7 +1,7 @@
 //! Dense lines from tracks made by hand.
 
 use super::*;
-use crate::pipeline::grid::DecodedCrossing;
+use crate::grid::DecodedCrossing;
 
 /// A flat line at y = 100.5 over some pixels of x, moved down from `step_at` on.
 fn track(line: Option<u16>, x: impl Iterator<Item = u32>, step_at: u32, step_px: f64) -> LineTrack {

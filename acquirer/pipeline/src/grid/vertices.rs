@@ -13,7 +13,7 @@ use shared::{
 };
 
 use super::{code::Orientation, links::Link};
-use crate::pipeline::crossings::{Crossing, Crossings};
+use crate::crossings::{Crossing, Crossings};
 
 /// Neighbours of each crossing along both lines: (before, after).
 #[derive(Debug)]

@@ -9,7 +9,7 @@
 use shared::pattern::Axis;
 
 use super::DecodeSettings;
-use crate::pipeline::crossings::{Crossings, median_gap};
+use crate::crossings::{Crossings, median_gap};
 
 /// Two neighbouring crossings; `b` follows `a` along a line.
 #[derive(Debug, Clone, Copy, PartialEq)]

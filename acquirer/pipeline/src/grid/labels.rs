@@ -19,7 +19,7 @@ use super::{
     code::{Code, Fit, LineEvidence},
     links::{Link, Patch},
 };
-use crate::pipeline::colours::Colours;
+use crate::colours::Colours;
 
 /// What was found out about one crossing.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,7 +9,7 @@ use shared::{
 };
 
 use super::ends::beside;
-use crate::pipeline::grid::DecodedGrid;
+use crate::grid::DecodedGrid;
 
 /// Fewest pairs of neighbours for a median to be trusted.
 const FEWEST: usize = 4;

@@ -15,11 +15,11 @@ use super::{
     Shift,
     epipolar::{DirectionSource, Epipolar, MOVED_PX, robust_sigma},
 };
-use crate::pipeline::dense::DenseLine;
+use crate::dense::DenseLine;
 
 /// Smallest sine of the angle between a line and the epipolar direction for the line's points to count
 /// (30 degrees): below it the depth error more than doubles.
-pub(in crate::pipeline) const LEAST_SINE: f64 = 0.5;
+pub(crate) const LEAST_SINE: f64 = 0.5;
 /// A vertex is rejected when its error across is larger than this many standard deviations.
 const REJECT_SIGMA: f64 = 3.0;
 /// Least standard deviation across, camera px: what a good crossing has.
@@ -175,7 +175,7 @@ fn shift_line(
 }
 
 /// Sine of the angle between a line at its point `k` and a unit direction.
-pub(in crate::pipeline) fn sine(line: &DenseLine, k: usize, [dx, dy]: [f64; 2]) -> f64 {
+pub(crate) fn sine(line: &DenseLine, k: usize, [dx, dy]: [f64; 2]) -> f64 {
     let a = line.points[k.saturating_sub(2)].position;
     let b = line.points[(k + 2).min(line.points.len() - 1)].position;
     let (x, y) = (b.x - a.x, b.y - a.y);
@@ -203,7 +203,7 @@ fn meet(line: &DenseLine, from: CameraPixel, [dx, dy]: [f64; 2]) -> Option<(f64,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::{grid::LinePoint, shift::epipolar::from_shifts};
+    use crate::{grid::LinePoint, shift::epipolar::from_shifts};
     use shared::pattern::{Corner, GridIndex};
 
     /// A place and the same place nearer: everything moves away from an epipole at (-700, 900).

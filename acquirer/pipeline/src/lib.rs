@@ -1,4 +1,5 @@
-//! From captures to labelled vertices, shifts and surfaces. Knows no camera, window, network or clock:
+//! From captures to labelled vertices, shifts and surfaces. A crate of its own, so that the compiler sees to it that
+//! it knows no camera, window, network or clock:
 //! the same captures and settings give the same result, bit for bit, on any number of threads.
 //!
 //! ```text

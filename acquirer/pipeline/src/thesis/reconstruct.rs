@@ -16,7 +16,7 @@ use shared::{
 };
 
 use super::lines::Links;
-use crate::pipeline::grid::DropReason;
+use crate::grid::DropReason;
 
 /// A crossing's label.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@
 //! through the points on both sides.
 
 use super::{Sample, Stretch, line_of};
-use crate::pipeline::grid::DecodedGrid;
+use crate::grid::DecodedGrid;
 
 /// Longest gap without a crossing in it that is filled, camera px.
 const SHORT_GAP_PX: f64 = 4.0;

@@ -21,7 +21,7 @@ use super::{
     ColourTrial, HISTOGRAM_BINS, Shots,
     samples::{lattice_step, row_shift},
 };
-use crate::pipeline::thesis::{
+use crate::thesis::{
     background::Background, hsl::Hsl, settings::ThesisSettings, threshold::recover_grid,
 };
 

@@ -15,7 +15,7 @@ use super::{
     links::{Link, Patch, find_patches},
     vertices::{Neighbours, Placement, find_vertices},
 };
-use crate::pipeline::{
+use crate::{
     Projected,
     colours::Colours,
     crossings::{Crossings, median_gap},
@@ -334,7 +334,7 @@ type Known = (f64, u16, f64, f64);
 /// One track as stretches of one line number each. Between two crossings of one number every point has
 /// it; beyond the last and between different numbers none has.
 fn stretches(
-    track: &crate::pipeline::lines::Track,
+    track: &crate::lines::Track,
     family: Axis,
     axis: Axis,
     known: &[Known],

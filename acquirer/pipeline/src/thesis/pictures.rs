@@ -7,7 +7,7 @@ use super::{
     background::Foreground, corners::Crossing, edges::EdgeMap, lines::Links, reconstruct::Label,
     threshold::ColourMap,
 };
-use crate::pipeline::{StagePicture, grid::DropReason};
+use crate::{StagePicture, grid::DropReason};
 
 /// Drawn where something was recovered but has no colour.
 const NO_COLOUR: [u8; 3] = [110, 110, 110];

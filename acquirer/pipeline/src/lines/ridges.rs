@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use shared::pattern::Axis;
 
 use super::{LineSettings, half_kernel, smoothed_row};
-use crate::pipeline::{
+use crate::{
     convolve::{Pair, convolve, pad_ends, wide},
     gain::GainImage,
 };

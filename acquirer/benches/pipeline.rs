@@ -7,10 +7,10 @@ use acquirer::pipeline::{
     Captures, PipelineSettings, Reader,
     colours::{find_colours, nominal_response},
     crossings::find_crossings,
-    gain::{GainBuffers, GainImage, find_gain},
+    gain::{GainBuffers, GainFilter, GainImage, find_gain},
     grid::{Decoding, Observed},
     line_light::LineLight,
-    lines::{LineBuffers, find_lines},
+    lines::{LineBuffers, find_lines, find_scale},
     reference::find_references,
     response::Response,
 };
@@ -26,10 +26,7 @@ fn pool(threads: usize) -> ThreadPool {
 }
 
 fn settings() -> PipelineSettings {
-    PipelineSettings {
-        pictures: false,
-        ..PipelineSettings::default()
-    }
+    PipelineSettings::live()
 }
 
 fn frame_to_grid(criterion: &mut Criterion) {
@@ -79,19 +76,30 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         .iter()
         .map(|&c| nominal_response(c))
         .collect();
+    let filter = GainFilter::new(&light, &nominal, &settings.gain);
+    let mut buffers = LineBuffers::default();
+    let pitch_widths = scan.projected.pitch_widths();
+    let mut scale = || {
+        find_scale(
+            (&light, &filter),
+            pitch_widths,
+            &settings.lines,
+            &mut buffers,
+        )
+    };
+    group.bench_function("scale", |bencher| bencher.iter(|| pool.install(&mut scale)));
+    let scale = scale();
     let (mut rows, mut image) = (GainBuffers::default(), GainImage::default());
     group.bench_function("gain", |bencher| {
         bencher.iter(|| {
-            pool.install(|| find_gain(&light, &nominal, &settings.gain, &mut rows, &mut image));
+            let bin = scale.sampling.bin;
+            pool.install(|| find_gain(&light, &filter, bin, (&mut rows, &mut image)));
         });
     });
-    let mut buffers = LineBuffers::default();
-    group.bench_function("lines", |bencher| {
-        bencher.iter(|| {
-            pool.install(|| find_lines(&image, settings.gain.shrink, &settings.lines, &mut buffers))
-        });
-    });
-    let lines = find_lines(&image, settings.gain.shrink, &settings.lines, &mut buffers);
+    let shrink = settings.gain.shrink;
+    let mut lines = || find_lines((&image, shrink), &scale, &settings.lines, &mut buffers);
+    group.bench_function("lines", |bencher| bencher.iter(|| pool.install(&mut lines)));
+    let lines = lines();
     group.bench_function("crossings", |bencher| {
         bencher.iter(|| pool.install(|| find_crossings(&lines, &settings.crossings)));
     });

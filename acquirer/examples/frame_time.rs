@@ -62,10 +62,7 @@ fn frame_reader(scan: &SimulatedScan) -> Result<impl FnMut() -> Result<usize>> {
         prmvs,
         ..
     } = scan.stages[1].clone();
-    let settings = PipelineSettings {
-        pictures: false,
-        ..PipelineSettings::default()
-    };
+    let settings = PipelineSettings::live();
     let references = (&black[..], &white[..]);
     let calibration = Some(&scan.calibration);
     let mut reader = Reader::new(references, &scan.projected, calibration, &settings)?;

@@ -190,16 +190,18 @@ fn rough(centre: CameraPixel, row: usize, column: usize) -> Crossing {
 
 /// Whether the rectangles around two tracks keep more than `margin` pixels between them.
 fn apart(column: &Track, x: (f32, f32), row: &Track, y: (f32, f32), margin: f32) -> bool {
-    let (left, right) = (row.start as f32 - margin, row.end() as f32 + margin);
-    let (top, bottom) = (column.start as f32 - margin, column.end() as f32 + margin);
-    x.1 < left || x.0 > right || y.1 < top || y.0 > bottom
+    let beyond = |span: (f32, f32), (from, to): (f64, f64)| {
+        span.1 < from as f32 - margin || span.0 > to as f32 + margin
+    };
+    beyond(x, row.stretch_px()) || beyond(y, column.stretch_px())
 }
 
 /// Where two tracks meet, by going from one to the other in turn.
 fn meet(column: &Track, row: &Track, [row_beyond, column_beyond]: [f64; 2]) -> Option<CameraPixel> {
     const ROUNDS: usize = 20;
     const SETTLED_PX: f64 = 0.02;
-    let clamp = |v: f64, track: &Track| v.clamp(track.start as f64 + 0.5, track.end() as f64 - 0.5);
+    let clamp =
+        |v: f64, track: &Track| v.clamp(track.along(0), track.along(track.across.len() - 1));
     let middle_x = clamp(f64::from(column.across[column.across.len() / 2]), row);
     let mut y = clamp(row.at(middle_x, row_beyond)?, column);
     for _ in 0..ROUNDS {
@@ -407,17 +409,14 @@ impl Curve {
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             let before = points.len();
             let outer = arms.outer_px[side];
-            let first = (along + if sign < 0.0 { -outer } else { arms.inner_px } - 0.5).ceil();
-            let last = (along + if sign < 0.0 { -arms.inner_px } else { outer } - 0.5).floor();
-            let expected = (last - first + 1.0).max(1.0);
-            let low = (first.max(0.0) as usize).max(track.start);
-            let high = ((last + 1.0).max(0.0) as usize).min(track.end());
-            for pixel in low..high {
-                if track.strength[pixel - track.start] > 0.0 {
-                    let t = pixel as f64 + 0.5 - along;
-                    points.push((t, f64::from(track.across[pixel - track.start])));
-                }
-            }
+            let (near, far) = (along + sign * arms.inner_px, along + sign * outer);
+            let (from, to) = (near.min(far), near.max(far));
+            let expected = ((to - from) / track.spacing_px).max(1.0);
+            points.extend(
+                track
+                    .measured(from, to)
+                    .map(|k| (track.along(k) - along, f64::from(track.across[k]))),
+            );
             let seen = points.len() - before;
             arms.seen[side] = seen >= FEWEST && seen as f64 >= settings.seen_share * expected;
         }

@@ -5,13 +5,15 @@
 //! g = sum D s/v / (sum s^2/v + lambda), D the light above black, s the light that a line would give
 //! ((W - K) x nominal colour), v its squared error; so albedo, cosine, vignetting and ambient light cancel before
 //! any edge is looked for (Caspi, Kiryati and Shamir 1998 for the model). lambda pulls pixels without
-//! projector light to 0. Without W (see `line_light`) the albedo stays in, quietly.
+//! projector light to 0. Where lines are many pixels wide, light is averaged over squares of pixels first: that
+//! loses nothing but time. Without W (see `line_light`) the albedo stays in, quietly.
 
-use pulp::NullaryFnOnce;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use shared::pattern::Axis;
 
-use super::{convolve::wide, line_light::LineLight, plane::Plane, response::CLIPPED_LIGHT};
+use super::{line_light::LineLight, plane::Plane};
 
 /// How the gain image is made.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -41,25 +43,36 @@ impl Default for GainSettings {
     }
 }
 
-/// Share of white light at each pixel.
+/// Share of white light at each pixel, or each square of pixels.
 #[derive(Debug, Clone, Default)]
 pub struct GainImage {
-    /// About 1 on a line, 0 beside it.
+    /// About 1 on a line, 0 beside it; whole multiples of 1/2048, so that sums of them are exact.
     pub gain: Plane,
     /// Squared signal to noise of a full line there (sum s^2/v): what the gain can be trusted with.
     pub power: Plane,
+    /// Side of the squares that the values stand for, in camera pixels.
+    pub bin: usize,
+}
+
+impl GainImage {
+    /// The gain at a camera pixel.
+    #[must_use]
+    pub fn at(&self, x: usize, y: usize) -> f32 {
+        let row = self.gain.row(y / self.bin.max(1));
+        row[(x / self.bin.max(1)).min(row.len() - 1)]
+    }
+
+    /// Makes room for a picture of squares of `bin` pixels; what it held is of no use any more.
+    fn resize(&mut self, light: &LineLight<'_>, bin: usize) {
+        self.bin = bin;
+        for plane in [&mut self.gain, &mut self.power] {
+            plane.resize(light.width() / bin, light.height() / bin);
+        }
+    }
 }
 
 /// Picture rows that one thread takes at a time.
 const STRIP: usize = 16;
-
-impl GainImage {
-    /// Makes room for a picture; what it held is of no use any more.
-    fn resize(&mut self, width: usize, height: usize) {
-        self.gain.resize(width, height);
-        self.power.resize(width, height);
-    }
-}
 
 /// Linear light of one row per strip, kept between frames.
 #[derive(Debug, Default)]
@@ -67,40 +80,24 @@ pub struct GainBuffers {
     strips: Vec<[Vec<f32>; 3]>,
 }
 
-/// The gain image of lines that may have any of the given colours (linear, 0 to 1 per channel), 16 at most;
-/// each pixel takes the colour that explains it with the most gain.
+/// The gain image of lines that may have any of the given colours (linear, 0 to 1 per channel), over squares of
+/// `bin` x `bin` pixels, 1 to 8; each square takes the colour that explains it with the most gain.
 pub fn find_gain(
     light: &LineLight<'_>,
-    colours: &[[f32; 3]],
-    settings: &GainSettings,
-    buffers: &mut GainBuffers,
-    image: &mut GainImage,
+    filter: &GainFilter,
+    bin: usize,
+    (buffers, image): (&mut GainBuffers, &mut GainImage),
 ) {
-    match colours.len() {
-        0 | 1 => find_gain_of::<1>(light, colours, settings, buffers, image),
-        2 => find_gain_of::<2>(light, colours, settings, buffers, image),
-        3 | 4 => find_gain_of::<4>(light, colours, settings, buffers, image),
-        5..=8 => find_gain_of::<8>(light, colours, settings, buffers, image),
-        _ => find_gain_of::<16>(light, colours, settings, buffers, image),
-    }
-}
-
-fn find_gain_of<const N: usize>(
-    light: &LineLight<'_>,
-    colours: &[[f32; 3]],
-    settings: &GainSettings,
-    buffers: &mut GainBuffers,
-    image: &mut GainImage,
-) {
-    let (width, height) = (light.width(), light.height());
-    image.resize(width, height);
+    image.resize(light, bin);
+    let (width, height) = (image.gain.width(), image.gain.height());
     if width == 0 {
         return;
     }
     buffers
         .strips
         .resize_with(height.div_ceil(STRIP), Default::default);
-    let filter = Filter::<N>::new(light, colours, settings);
+    let mean = filter.mean_of(light.frames.len(), bin * bin);
+    let (blacks, whites) = (light.black.channels.coarse(bin), light.white.coarse(bin));
     let strips = image
         .gain
         .values_mut()
@@ -115,12 +112,15 @@ fn find_gain_of<const N: usize>(
             let rows = gain.chunks_mut(width).zip(power.chunks_mut(width));
             for (k, (gain, power)) in rows.enumerate() {
                 let y = strip * STRIP + k;
-                light.response.light_row(light.frames, y, row);
-                wide(RowFilter {
-                    filter: &filter,
-                    light,
-                    y,
-                    row: &*row,
+                light.response.sum_squares(light.frames, (y, bin), row);
+                Arch::new().dispatch(RowFilter {
+                    filter,
+                    mean,
+                    inputs: Inputs {
+                        sums: row.each_ref().map(|channel| &channel[..]),
+                        blacks: blacks.each_ref().map(|plane| plane.row(y)),
+                        whites: whites.each_ref().map(|plane| plane.row(y)),
+                    },
                     gain,
                     power,
                 });
@@ -128,14 +128,119 @@ fn find_gain_of<const N: usize>(
         });
 }
 
+/// A stripe of the picture across lines of one family: picture rows for steep lines, columns for flat ones.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Band {
+    /// The lines that cross it.
+    pub(super) family: Axis,
+    /// First pixel along those lines.
+    pub(super) at: usize,
+    /// Pixels along them that are averaged.
+    pub(super) thick: usize,
+}
+
+/// What profiles are made in, kept between frames.
+#[derive(Debug, Default)]
+pub(super) struct ProfileBuffers {
+    sums: [Vec<f32>; 3],
+    blacks: [Vec<f32>; 3],
+    whites: [Vec<f32>; 3],
+    power: Vec<f32>,
+}
+
+/// The gain along a stripe of the picture, one value per camera pixel across the lines.
+pub(super) fn find_profile(
+    light: &LineLight<'_>,
+    filter: &GainFilter,
+    band: Band,
+    (buffers, profile): (&mut ProfileBuffers, &mut Vec<f32>),
+) {
+    let length = match band.family {
+        Axis::Column => light.width(),
+        Axis::Row => light.height(),
+    };
+    let ProfileBuffers {
+        sums,
+        blacks,
+        whites,
+        power,
+    } = buffers;
+    for values in [&mut *sums, &mut *blacks, &mut *whites]
+        .into_iter()
+        .flatten()
+        .chain([power, &mut *profile])
+    {
+        values.clear();
+        values.resize(length, 0.0);
+    }
+    let share = 1.0 / band.thick as f32;
+    for along in band.at..band.at + band.thick {
+        let (first, step) = match band.family {
+            Axis::Column => (along * light.width(), 1),
+            Axis::Row => (along, light.width()),
+        };
+        light.response.add_every(light.frames, (first, step), sums);
+        for c in 0..3 {
+            add_every(
+                light.black.channels[c].values(),
+                (first, step),
+                share,
+                &mut blacks[c],
+            );
+            add_every(
+                light.white[c].values(),
+                (first, step),
+                share,
+                &mut whites[c],
+            );
+        }
+    }
+    Arch::new().dispatch(RowFilter {
+        filter,
+        mean: filter.mean_of(light.frames.len(), band.thick),
+        inputs: Inputs {
+            sums: sums.each_ref().map(|channel| &channel[..]),
+            blacks: blacks.each_ref().map(|channel| &channel[..]),
+            whites: whites.each_ref().map(|channel| &channel[..]),
+        },
+        gain: profile,
+        power: &mut buffers.power,
+    });
+}
+
+/// Adds a share of every so many values.
+fn add_every(values: &[f32], (first, step): (usize, usize), share: f32, sums: &mut [f32]) {
+    let values = values[first..].iter().step_by(step);
+    sums.iter_mut()
+        .zip(values)
+        .for_each(|(sum, value)| *sum += share * value);
+}
+
 /// Errors of red, green and blue relative to each other: a colour mosaic samples green twice as densely.
 const BAYER_ERROR: [f64; 3] = [1.0, 0.5, 1.0];
 
-/// The matched filter over the channels, for `N` colours.
-struct Filter<const N: usize> {
-    /// Linear responses; the first colour fills what is left.
-    colours: [[f32; 3]; N],
+/// Steps of the gain between 0 and 1: far finer than noise, and coarse enough that sums over any kernel used on
+/// it stay exact in 24 bits.
+const STEPS: f32 = 2048.0;
+/// Adding and taking away this rounds to whole steps.
+const ROUNDS: f32 = 1.5 * (1 << 23) as f32 / STEPS;
+/// Gains beyond are no light of a line but a reference that does not fit.
+const GAIN_RANGE: [f32; 2] = [-0.5, 1.5];
+
+/// The matched filter over the channels.
+#[derive(Debug, Clone)]
+pub struct GainFilter {
+    /// Linear responses of the colours, and their squares.
+    colours: Vec<[[f32; 3]; 2]>,
     shrink: f32,
+    channels: [ChannelError; 3],
+}
+
+/// What becomes of light and its error in the mean over some pixels.
+#[derive(Debug, Clone, Copy)]
+struct Mean {
+    /// From the sum of lights to their mean.
+    share: f32,
     channels: [ChannelError; 3],
 }
 
@@ -149,13 +254,16 @@ struct ChannelError {
     of_square: f32,
 }
 
-impl<const N: usize> Filter<N> {
-    fn new(light: &LineLight<'_>, colours: &[[f32; 3]], settings: &GainSettings) -> Self {
-        let first = colours.first().copied().unwrap_or([1.0; 3]);
+impl GainFilter {
+    /// The filter for lines of these colours (linear, 0 to 1 per channel); none are taken for white.
+    #[must_use]
+    pub fn new(light: &LineLight<'_>, colours: &[[f32; 3]], settings: &GainSettings) -> Self {
+        const WHITE: &[[f32; 3]] = &[[1.0; 3]];
         let [_, black_share] = light.shares();
         let noise = light.noise;
+        let colours = if colours.is_empty() { WHITE } else { colours };
         Self {
-            colours: std::array::from_fn(|k| colours.get(k).copied().unwrap_or(first)),
+            colours: colours.iter().map(|&c| [c, c.map(|v| v * v)]).collect(),
             shrink: settings.shrink.max(1e-6) as f32,
             channels: std::array::from_fn(|c| ChannelError {
                 floor: noise.floor[c] * (1.0 + black_share),
@@ -166,102 +274,161 @@ impl<const N: usize> Filter<N> {
         }
     }
 
-    /// Filters what fits a block; all rows have the same length.
+    /// For the mean over so many pixels of so many frames. The noise averages out, other errors do not.
+    fn mean_of(&self, frames: usize, pixels: usize) -> Mean {
+        let share = 1.0 / pixels.max(1) as f32;
+        Mean {
+            share: share / frames.max(1) as f32,
+            channels: self.channels.map(|error| ChannelError {
+                floor: share * error.floor,
+                of_black: share * error.of_black,
+                of_white: share * error.of_white,
+                of_square: error.of_square,
+            }),
+        }
+    }
+
+    /// Gain and power where the lights' sums, black and white light are these.
     #[inline(always)]
-    fn block(
-        &self,
-        [lights, blacks, whites]: [[&[f32]; 3]; 3],
-        gain: &mut [f32],
-        powers: &mut [f32],
-    ) {
-        let mut signals = [[0.0f32; BLOCK]; 3];
-        let mut powers_of = [[0.0f32; BLOCK]; 3];
+    fn at<S: Simd>(&self, simd: S, mean: &Mean, inputs: Inputs<S::f32s>) -> (S::f32s, S::f32s) {
+        let share = simd.splat_f32s(mean.share);
+        let shrink = simd.splat_f32s(self.shrink);
+        let (mut squared, mut signals, mut powers) = ([share; 3], [share; 3], [share; 3]);
         for c in 0..3 {
-            let error = self.channels[c];
-            let inputs = lights[c].iter().zip(blacks[c]).zip(whites[c]);
-            let outputs = signals[c].iter_mut().zip(&mut powers_of[c]);
-            for (((&l, &k), &white), (signal, power)) in inputs.zip(outputs) {
-                let l = if l < CLIPPED_LIGHT { l } else { 1.0 };
-                let squared = error.floor
-                    + error.of_black * k
-                    + (error.of_white + error.of_square * white) * white;
-                let weight = white / squared;
-                *signal = (l - k) * weight;
-                *power = white * weight;
-            }
+            let error = mean.channels[c];
+            let (black, white) = (inputs.blacks[c], inputs.whites[c]);
+            let of_square = simd.mul_f32s(simd.splat_f32s(error.of_square), white);
+            let of_white = simd.add_f32s(simd.splat_f32s(error.of_white), of_square);
+            let of_black = simd.mul_f32s(simd.splat_f32s(error.of_black), black);
+            let of_black = simd.add_f32s(simd.splat_f32s(error.floor), of_black);
+            squared[c] = simd.add_f32s(of_black, simd.mul_f32s(of_white, white));
         }
-        gain.fill(f32::MIN);
-        powers.fill(1.0);
-        for [r, g, b] in self.colours {
-            let squares = [r * r, g * g, b * b];
-            let best = gain.iter_mut().zip(powers.iter_mut());
-            for (x, (best, best_power)) in best.enumerate().take(BLOCK) {
-                let signal = signals[0][x] * r + signals[1][x] * g + signals[2][x] * b;
-                let power = powers_of[0][x] * squares[0]
-                    + powers_of[1][x] * squares[1]
-                    + powers_of[2][x] * squares[2]
-                    + self.shrink;
-                let better = signal * *best_power > *best * power;
-                *best = if better { signal } else { *best };
-                *best_power = if better { power } else { *best_power };
-            }
+        // one division is dearer than what saves two
+        let first = simd.mul_f32s(squared[0], squared[1]);
+        let inverse = simd.div_f32s(simd.splat_f32s(1.0), simd.mul_f32s(first, squared[2]));
+        let of_both = simd.mul_f32s(inverse, squared[2]);
+        let inverses = [
+            simd.mul_f32s(of_both, squared[1]),
+            simd.mul_f32s(of_both, squared[0]),
+            simd.mul_f32s(inverse, first),
+        ];
+        for c in 0..3 {
+            let weight = simd.mul_f32s(inputs.whites[c], inverses[c]);
+            let above = simd.sub_f32s(simd.mul_f32s(share, inputs.sums[c]), inputs.blacks[c]);
+            signals[c] = simd.mul_f32s(above, weight);
+            powers[c] = simd.mul_f32s(inputs.whites[c], weight);
         }
-        for (gain, power) in gain.iter_mut().zip(powers) {
-            *gain = (*gain / *power).clamp(GAIN_RANGE.0, GAIN_RANGE.1);
-            *power -= self.shrink;
+        let mut best = weighted(simd, signals, self.colours[0][0]);
+        let mut best_power = simd.add_f32s(weighted(simd, powers, self.colours[0][1]), shrink);
+        for &[colour, squares] in &self.colours[1..] {
+            let signal = weighted(simd, signals, colour);
+            let power = simd.add_f32s(weighted(simd, powers, squares), shrink);
+            let gains = simd.mul_f32s(signal, best_power);
+            let better = simd.greater_than_f32s(gains, simd.mul_f32s(best, power));
+            best = simd.select_f32s(better, signal, best);
+            best_power = simd.select_f32s(better, power, best_power);
         }
+        let gain = simd.div_f32s(best, best_power);
+        let gain = simd.min_f32s(gain, simd.splat_f32s(GAIN_RANGE[1]));
+        let gain = simd.max_f32s(gain, simd.splat_f32s(GAIN_RANGE[0]));
+        let rounds = simd.splat_f32s(ROUNDS);
+        let rounded = simd.sub_f32s(simd.add_f32s(gain, rounds), rounds);
+        (rounded, simd.sub_f32s(best_power, shrink))
     }
 }
 
-/// Gains beyond are no light of a line but a reference that does not fit.
-const GAIN_RANGE: (f32, f32) = (-0.5, 1.5);
+#[inline(always)]
+fn weighted<S: Simd>(simd: S, values: [S::f32s; 3], weights: [f32; 3]) -> S::f32s {
+    let mut sum = simd.mul_f32s(values[0], simd.splat_f32s(weights[0]));
+    for c in 1..3 {
+        sum = simd.add_f32s(sum, simd.mul_f32s(values[c], simd.splat_f32s(weights[c])));
+    }
+    sum
+}
 
-/// Pixels that are filtered together: what they need fits the first-level cache.
-const BLOCK: usize = 128;
+/// Values of red, green and blue.
+#[derive(Debug, Clone, Copy)]
+struct Inputs<V> {
+    /// Sums of light.
+    sums: [V; 3],
+    /// Light under black projection.
+    blacks: [V; 3],
+    /// Light that white adds.
+    whites: [V; 3],
+}
 
-/// One row's way through the filter.
-struct RowFilter<'a, const N: usize> {
-    filter: &'a Filter<N>,
-    light: &'a LineLight<'a>,
-    y: usize,
-    row: &'a [Vec<f32>; 3],
+/// One row's way through the filter; all slices have the same length.
+struct RowFilter<'a> {
+    filter: &'a GainFilter,
+    mean: Mean,
+    inputs: Inputs<&'a [f32]>,
     gain: &'a mut [f32],
     power: &'a mut [f32],
 }
 
-impl<const N: usize> NullaryFnOnce for RowFilter<'_, N> {
+impl WithSimd for RowFilter<'_> {
     type Output = ();
 
+    // no closures: what they call would not be compiled for wide registers
     #[inline(always)]
-    fn call(self) {
-        let lights = self.row.each_ref().map(|channel| &channel[..]);
-        let blacks = self
-            .light
-            .black
-            .channels
-            .each_ref()
-            .map(|plane| plane.row(self.y));
-        let whites = self.light.white.each_ref().map(|plane| plane.row(self.y));
-        let blocks = self
-            .gain
-            .chunks_mut(BLOCK)
-            .zip(self.power.chunks_mut(BLOCK));
-        for (n, (gain, power)) in blocks.enumerate() {
-            let range = n * BLOCK..n * BLOCK + gain.len();
-            let inputs = [lights, blacks, whites].map(|rows| rows.map(|row| &row[range.clone()]));
-            self.filter.block(inputs, gain, power);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (gains, gain_rest) = S::as_mut_simd_f32s(self.gain);
+        let (powers, power_rest) = S::as_mut_simd_f32s(self.power);
+        let Inputs {
+            sums: [s0, s1, s2],
+            blacks: [b0, b1, b2],
+            whites: [w0, w1, w2],
+        } = self.inputs;
+        let (s0, s1, s2) = (
+            S::as_simd_f32s(s0),
+            S::as_simd_f32s(s1),
+            S::as_simd_f32s(s2),
+        );
+        let (b0, b1, b2) = (
+            S::as_simd_f32s(b0),
+            S::as_simd_f32s(b1),
+            S::as_simd_f32s(b2),
+        );
+        let (w0, w1, w2) = (
+            S::as_simd_f32s(w0),
+            S::as_simd_f32s(w1),
+            S::as_simd_f32s(w2),
+        );
+        let sums = s0.0.iter().zip(s1.0).zip(s2.0);
+        let blacks = b0.0.iter().zip(b1.0).zip(b2.0);
+        let whites = w0.0.iter().zip(w1.0).zip(w2.0);
+        let outputs = gains.iter_mut().zip(powers);
+        for (((s, b), w), (gain, power)) in sums.zip(blacks).zip(whites).zip(outputs) {
+            let inputs = Inputs {
+                sums: [*s.0.0, *s.0.1, *s.1],
+                blacks: [*b.0.0, *b.0.1, *b.1],
+                whites: [*w.0.0, *w.0.1, *w.1],
+            };
+            (*gain, *power) = self.filter.at(simd, &self.mean, inputs);
         }
+        let rest = |row: &[f32]| simd.partial_load_f32s(row);
+        let inputs = Inputs {
+            sums: [rest(s0.1), rest(s1.1), rest(s2.1)],
+            blacks: [rest(b0.1), rest(b1.1), rest(b2.1)],
+            whites: [rest(w0.1), rest(w1.1), rest(w2.1)],
+        };
+        let (gain, power) = self.filter.at(simd, &self.mean, inputs);
+        simd.partial_store_f32s(gain_rest, gain);
+        simd.partial_store_f32s(power_rest, power);
     }
 }
 
-/// Adds the gain image of another capture of the same lines.
+/// Adds the gain image of another capture of the same lines. Most of the error is the colour mosaic's, which both
+/// share as far as they share channels: so the better one decides, and only equals are averaged.
 pub fn merge_gains(a: &mut GainImage, b: &GainImage, settings: &GainSettings) {
     let shrink = settings.shrink.max(1e-6) as f32;
     let first = a.gain.values_mut().par_iter_mut().zip(a.power.values_mut());
     let second = b.gain.values().par_iter().zip(b.power.values());
     first.zip(second).for_each(|((gain, power), (&g, &p))| {
-        let signal = *gain * (*power + shrink) + g * (p + shrink);
-        *power += p;
-        *gain = signal / (*power + shrink);
+        let (own, other) = (*power + shrink, p + shrink);
+        let (own, other) = (own * own, other * other);
+        let both = own + other;
+        *gain = (*gain * own + g * other) / both + ROUNDS - ROUNDS;
+        *power = (*power * own + p * other) / both;
     });
 }

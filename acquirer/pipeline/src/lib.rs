@@ -11,6 +11,7 @@
 //! right, y down. Rows and columns are counted from 0. Millimetres are in the camera frame: x right,
 //! y down, z forward.
 
+pub mod channels;
 pub mod plane;
 pub mod tiles;
 
@@ -38,11 +39,11 @@ pub mod surface;
 
 pub mod result;
 
-mod convolve;
 mod pictures;
 mod reader;
 mod settings;
 mod stale;
+mod wide;
 
 pub mod thesis;
 
@@ -51,7 +52,7 @@ pub mod colour_choice;
 use image::RgbImage;
 use shared::{
     geometry::RigCalibration,
-    pattern::{GridSettings, RasterSize, Rgb},
+    pattern::{Axis, GridSettings, RasterSize, Rgb},
 };
 use thiserror::Error;
 
@@ -200,6 +201,16 @@ pub struct Projected {
     pub pattern: GridSettings,
     /// The projector's raster.
     pub raster: RasterSize,
+}
+
+impl Projected {
+    /// The pitches of rows and columns in widths of their lines.
+    #[must_use]
+    pub fn pitch_widths(&self) -> [f64; 2] {
+        let grid = &self.pattern.coded;
+        Axis::BOTH
+            .map(|axis| grid.pitch_px(axis, self.raster) / f64::from(grid.width_px(axis).max(1)))
+    }
 }
 
 /// What was read from one stage.

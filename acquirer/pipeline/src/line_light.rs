@@ -9,6 +9,7 @@ use std::borrow::Cow;
 use image::RgbImage;
 
 use super::{
+    channels::Channels,
     gain::GainSettings,
     plane::Plane,
     reference::{NoiseLaw, References},
@@ -26,7 +27,7 @@ pub struct LineLight<'a> {
     /// Light under black projection.
     pub black: &'a Light,
     /// Light that a white line would give, per channel; at least so much where it was clipped.
-    pub white: Cow<'a, [Plane; 3]>,
+    pub white: Cow<'a, Channels>,
     /// For each pixel bit 0, 1, 2 is set where the references of red, green, blue were clipped; may be empty.
     pub clipped: &'a [u8],
     /// Whether `white` was measured; else it is a guess that carries no albedo.
@@ -35,7 +36,7 @@ pub struct LineLight<'a> {
     pub noise: NoiseLaw,
 }
 
-/// Linear light at one pixel of a grid capture.
+/// Linear light at some pixels of a grid capture.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PixelLight {
     /// Light above black, per channel.
@@ -44,7 +45,7 @@ pub struct PixelLight {
     pub white: [f32; 3],
     /// Variance of `above_black`; large where the capture or its white reference was clipped.
     pub variance: [f32; 3],
-    /// Which channels of the captures are below full scale.
+    /// Which channels are below full scale in all of them.
     pub usable: [bool; 3],
 }
 
@@ -92,29 +93,45 @@ impl<'a> LineLight<'a> {
         self.black.height()
     }
 
-    /// The light at a pixel of the picture.
+    /// The mean light at some pixels of the picture. All errors but the clipped ones' are linear in the light, so that
+    /// the mean's is theirs; neighbouring pixels share most of it.
     #[must_use]
-    pub fn at(&self, x: usize, y: usize) -> PixelLight {
-        let light = self.response.light_at(self.frames, x, y);
-        let at = y * self.width() + x;
+    pub fn mean_at<const N: usize>(&self, pixels: [(usize, usize); N]) -> PixelLight {
+        let width = self.width();
+        let part = 1.0 / N as f32;
         let [share, black_share] = self.shares();
-        let mut pixel = PixelLight::default();
-        for c in 0..3 {
-            let black = self.black.channels[c].values()[at];
-            pixel.usable[c] = light[c] < CLIPPED_LIGHT;
-            let light = light[c].min(1.0);
-            pixel.above_black[c] = light - black;
-            pixel.white[c] = self.white[c].values()[at];
-            pixel.variance[c] =
-                self.noise.variance(c, light) * share + self.noise.variance(c, black) * black_share;
-            if !pixel.usable[c] {
-                pixel.variance[c] += CLIPPED_VARIANCE;
-            } else if self.clipped.get(at).is_some_and(|bits| bits >> c & 1 == 1) {
-                // white is brighter than was seen: a dark line is dark all the same, a bright one may be less so
-                pixel.variance[c] += (WHITE_CLIPPED_ERROR * pixel.above_black[c]).powi(2);
+        let mut seen = [0.0; 3];
+        let mut blacks = [0.0; 3];
+        let mut mean = PixelLight {
+            usable: [true; 3],
+            ..PixelLight::default()
+        };
+        let mut white_clipped = [0.0; 3];
+        for (x, y) in pixels {
+            let light = self.response.light_at(self.frames, x, y);
+            let at = y * width + x;
+            let bits = self.clipped.get(at).copied().unwrap_or(0);
+            for c in 0..3 {
+                mean.usable[c] &= light[c] < CLIPPED_LIGHT;
+                seen[c] += part * light[c].min(1.0);
+                blacks[c] += part * self.black.channels[c].values()[at];
+                mean.white[c] += part * self.white[c].values()[at];
+                white_clipped[c] += part * f32::from(bits >> c & 1);
             }
         }
-        pixel
+        for c in 0..3 {
+            mean.above_black[c] = seen[c] - blacks[c];
+            mean.variance[c] = self.noise.variance(c, seen[c]) * share
+                + self.noise.variance(c, blacks[c]) * black_share;
+            if !mean.usable[c] {
+                mean.variance[c] += CLIPPED_VARIANCE;
+            } else if white_clipped[c] > 0.0 {
+                // white is brighter than was seen: a dark line is dark all the same, a bright one may be less so
+                let error = WHITE_CLIPPED_ERROR * mean.above_black[c];
+                mean.variance[c] += white_clipped[c] * error * error;
+            }
+        }
+        mean
     }
 
     /// Without a measured white, the unary grid's light over its own colour stands for it, if that colour
@@ -124,7 +141,7 @@ impl<'a> LineLight<'a> {
             return;
         }
         let mut white = unary.above_black();
-        for (plane, share) in white.iter_mut().zip(colour) {
+        for (plane, share) in white.planes_mut().iter_mut().zip(colour) {
             let pixels = plane.values_mut().iter_mut();
             pixels.for_each(|v| {
                 *v = if *v < CLIPPED_LIGHT {
@@ -144,7 +161,7 @@ impl<'a> LineLight<'a> {
     }
 
     /// Light above black as pictures; at least [`CLIPPED_LIGHT`] less black where clipped.
-    fn above_black(&self) -> [Plane; 3] {
+    fn above_black(&self) -> Channels {
         let (width, height) = (self.width(), self.height());
         let mut planes = std::array::from_fn(|_| Plane::filled(width, height, 0.0));
         let mut light = std::array::from_fn(|_| vec![0.0; width]);
@@ -156,13 +173,14 @@ impl<'a> LineLight<'a> {
                 values.for_each(|(v, (&k, &l))| *v = if l < CLIPPED_LIGHT { l - k } else { l });
             }
         }
-        planes
+        Channels::new(planes)
     }
 
     /// The strongest channel near the top of each tile: what a line gives there.
-    fn strongest(&self, settings: &GainSettings) -> [Plane; 3] {
-        let [mut strongest, green, blue] = self.above_black();
-        for channel in [green, blue] {
+    fn strongest(&self, settings: &GainSettings) -> Channels {
+        let light = self.above_black();
+        let mut strongest = light[0].clone();
+        for channel in [&light[1], &light[2]] {
             let pixels = strongest.values_mut().iter_mut().zip(channel.values());
             pixels.for_each(|(most, &light)| *most = most.max(light));
         }
@@ -178,7 +196,7 @@ impl<'a> LineLight<'a> {
             .values_mut()
             .iter_mut()
             .for_each(|v| *v = v.max(least));
-        [level.clone(), level.clone(), level]
+        Channels::new([level.clone(), level.clone(), level])
     }
 }
 

@@ -5,6 +5,7 @@ use shared::{geometry::CameraPixel, pattern::Axis};
 
 use super::{
     PipelineSettings, StagePicture,
+    gain::GainImage,
     grid::DecodedGrid,
     line_light::LineLight,
     lines::Lines,
@@ -25,7 +26,7 @@ pub(super) struct Seen<'a> {
     pub(super) stale: &'a StaleTiles,
     pub(super) coded: &'a LineLight<'a>,
     /// The gain image that the lines were found in.
-    pub(super) gain: &'a Plane,
+    pub(super) gain: &'a GainImage,
     pub(super) lines: &'a Lines,
     pub(super) grid: &'a DecodedGrid,
 }
@@ -33,6 +34,8 @@ pub(super) struct Seen<'a> {
 /// The pictures in reading order.
 pub(super) fn draw(seen: &Seen<'_>, settings: &PipelineSettings) -> Vec<StagePicture> {
     let Seen { lines, grid, .. } = seen;
+    let gain = gain(seen);
+    let dimmed = dimmed(&gain);
     vec![
         StagePicture {
             name: "mask",
@@ -47,7 +50,7 @@ pub(super) fn draw(seen: &Seen<'_>, settings: &PipelineSettings) -> Vec<StagePic
             caption:
                 "Gain image: the share of white light that arrives, whatever the surface's colour."
                     .to_owned(),
-            picture: grey(seen.gain),
+            picture: gain,
         },
         StagePicture {
             name: "lines",
@@ -56,7 +59,7 @@ pub(super) fn draw(seen: &Seen<'_>, settings: &PipelineSettings) -> Vec<StagePic
                 lines.rows.tracks.len(),
                 lines.columns.tracks.len()
             ),
-            picture: tracks(lines, seen.gain),
+            picture: tracks(lines, dimmed.clone()),
         },
         StagePicture {
             name: "crossings",
@@ -65,7 +68,7 @@ pub(super) fn draw(seen: &Seen<'_>, settings: &PipelineSettings) -> Vec<StagePic
                 grid.crossings.len(),
                 grid.dropped.len()
             ),
-            picture: crossings(grid, seen.gain),
+            picture: crossings(grid, dimmed),
         },
     ]
 }
@@ -81,14 +84,22 @@ fn grey(plane: &Plane) -> RgbImage {
     })
 }
 
-fn dimmed(plane: &Plane) -> RgbImage {
-    let mut picture = grey(plane);
+/// The gain at the camera's resolution.
+fn gain(seen: &Seen<'_>) -> RgbImage {
+    let (width, height) = (seen.coded.width(), seen.coded.height());
+    RgbImage::from_fn(width as u32, height as u32, |x, y| {
+        Rgb([byte(seen.gain.at(x as usize, y as usize)); 3])
+    })
+}
+
+fn dimmed(gain: &RgbImage) -> RgbImage {
+    let mut picture = gain.clone();
     picture.iter_mut().for_each(|byte| *byte /= 3);
     picture
 }
 
 fn mask(seen: &Seen<'_>, settings: &PipelineSettings) -> RgbImage {
-    let (width, height) = (seen.gain.width(), seen.gain.height());
+    let (width, height) = (seen.coded.width(), seen.coded.height());
     let lit = lit_mask(seen.references, &settings.reference)
         .unwrap_or_else(|| Plane::filled(width, height, 1.0));
     let mut picture = grey(&lit);
@@ -116,12 +127,11 @@ fn mask(seen: &Seen<'_>, settings: &PipelineSettings) -> RgbImage {
     picture
 }
 
-fn tracks(lines: &Lines, gain: &Plane) -> RgbImage {
-    let mut picture = dimmed(gain);
+fn tracks(lines: &Lines, mut picture: RgbImage) -> RgbImage {
     for axis in Axis::BOTH {
         for track in &lines.family(axis).tracks {
             for (k, (&across, &strength)) in track.across.iter().zip(&track.strength).enumerate() {
-                let along = (track.start + k) as f64 + 0.5;
+                let along = track.along(k);
                 let (position, colour) = match axis {
                     Axis::Row => (CameraPixel::new(along, f64::from(across)), ROW_COLOUR),
                     Axis::Column => (CameraPixel::new(f64::from(across), along), COLUMN_COLOUR),
@@ -135,8 +145,7 @@ fn tracks(lines: &Lines, gain: &Plane) -> RgbImage {
     picture
 }
 
-fn crossings(grid: &DecodedGrid, gain: &Plane) -> RgbImage {
-    let mut picture = dimmed(gain);
+fn crossings(grid: &DecodedGrid, mut picture: RgbImage) -> RgbImage {
     for vertex in grid.crossings.iter().flat_map(|crossing| crossing.vertices) {
         dot(&mut picture, vertex, READ_COLOUR);
     }

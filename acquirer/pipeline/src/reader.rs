@@ -11,16 +11,17 @@ use shared::{
 };
 
 use super::{
-    PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes, colours,
+    PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes,
+    colours::{ColourBuffers, ColouredLines, Colours, find_colours, nominal_response},
     crossings::find_crossings,
-    gain::{GainBuffers, GainImage, find_gain, merge_gains},
+    gain::{GainBuffers, GainFilter, GainImage, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
     line_light::LineLight,
-    lines::{LineBuffers, find_lines},
+    lines::{LineBuffers, find_lines, find_scale},
     pictures::{self, Seen},
     reference::{References, dark_cells, find_references},
     response::{Light, Response},
-    stale::StaleTiles,
+    stale::{DarkCells, StaleTiles},
 };
 
 /// Reads grid captures of one scene.
@@ -36,6 +37,8 @@ pub struct Reader {
     /// Linear light of the coded grid's colours.
     colours: Vec<[f32; 3]>,
     decoding: Decoding,
+    dark_cells: DarkCells,
+    stale: StaleTiles,
     buffers: Buffers,
     grid: DecodedGrid,
     pictures: Vec<StagePicture>,
@@ -48,6 +51,8 @@ struct Buffers {
     unary: GainImage,
     gain: GainImage,
     lines: LineBuffers,
+    colours: ColourBuffers,
+    found_colours: Colours,
 }
 
 impl Reader {
@@ -65,6 +70,8 @@ impl Reader {
         let response = Response::new(&settings.response);
         let references = find_references(black, white, &response, &settings.reference);
         Ok(Self {
+            dark_cells: DarkCells::new(&references),
+            stale: StaleTiles::default(),
             references,
             size: black.first().or(white.first()).map(size),
             colours: nominal(projected.pattern.coded.colours()),
@@ -98,16 +105,14 @@ impl Reader {
         unary: &[RgbImage],
     ) -> Result<&DecodedGrid, PipelineError> {
         self.check(coded, unary)?;
-        let dark = self.dark_cells(coded, unary);
+        let dark = self.black_from_grids(coded, unary);
         let Some(black) = self.references.black.as_ref().or(dark.as_ref()) else {
             return Err(PipelineError::NoCodedCapture);
         };
         let settings = &self.settings;
-        let stale = StaleTiles::find(
-            &self.references,
-            &self.response,
-            if unary.is_empty() { coded } else { unary },
-        );
+        let grid = if unary.is_empty() { coded } else { unary };
+        let mut stale = std::mem::take(&mut self.stale);
+        self.dark_cells.find_stale(&self.response, grid, &mut stale);
         let mended = stale.any().then(|| self.mend(&stale, coded, unary));
         let [for_coded, for_unary] = match &mended {
             Some(mended) => mended.each_ref(),
@@ -121,20 +126,28 @@ impl Reader {
         };
         let mut coded = light(coded, for_coded);
         let rows = &mut buffers.rows;
-        if !unary.is_empty() {
-            let unary = light(unary, for_unary);
-            let colour = colours::nominal_response(self.projected.pattern.unary);
-            find_gain(&unary, &[colour], &settings.gain, rows, &mut buffers.unary);
-            coded.take_white_from(&unary, colour);
+        let unary_light = (!unary.is_empty()).then(|| light(unary, for_unary));
+        let colour = nominal_response(self.projected.pattern.unary);
+        if let Some(unary) = &unary_light {
+            coded.take_white_from(unary, colour);
+        }
+        let coded_filter = GainFilter::new(&coded, &self.colours, &settings.gain);
+        let unary_filter =
+            unary_light.map(|light| (GainFilter::new(&light, &[colour], &settings.gain), light));
+        let scale = {
+            let source = match &unary_filter {
+                Some((filter, light)) => (light, filter),
+                None => (&coded, &coded_filter),
+            };
+            let pitch_widths = self.projected.pitch_widths();
+            find_scale(source, pitch_widths, &settings.lines, &mut buffers.lines)
+        };
+        let bin = scale.sampling.bin;
+        if let Some((filter, light)) = &unary_filter {
+            find_gain(light, filter, bin, (rows, &mut buffers.unary));
         }
         let geometry = if unary.is_empty() || settings.gain.both_grids {
-            find_gain(
-                &coded,
-                &self.colours,
-                &settings.gain,
-                rows,
-                &mut buffers.gain,
-            );
+            find_gain(&coded, &coded_filter, bin, (rows, &mut buffers.gain));
             if !unary.is_empty() {
                 merge_gains(&mut buffers.gain, &buffers.unary, &settings.gain);
             }
@@ -142,29 +155,25 @@ impl Reader {
         } else {
             &buffers.unary
         };
-        let lines = find_lines(
-            geometry,
-            settings.gain.shrink,
-            &settings.lines,
-            &mut buffers.lines,
-        );
+        let image = (geometry, settings.gain.shrink);
+        let lines = find_lines(image, &scale, &settings.lines, &mut buffers.lines);
         let crossings = find_crossings(&lines, &settings.crossings);
         // a unary grid that stood for white says nothing about the gain any more
         let says_gain = !unary.is_empty() && self.references.white.is_some();
-        let unary_gain = says_gain.then_some(&buffers.unary.gain);
+        let unary_gain = says_gain.then_some(&buffers.unary);
         let nominal = &self.colours;
-        let colours = colours::find_colours(
-            &coded,
-            unary_gain,
-            &lines,
-            &crossings,
-            nominal,
-            &settings.colours,
-        );
+        let seen = ColouredLines {
+            light: &coded,
+            gain: unary_gain,
+            lines: &lines,
+            crossings: &crossings,
+        };
+        let found = (&mut buffers.colours, &mut buffers.found_colours);
+        find_colours(&seen, nominal, &settings.colours, found);
         let observed = Observed {
             lines: &lines,
             crossings: &crossings,
-            colours: &colours,
+            colours: &buffers.found_colours,
         };
         let calibration = self.calibration.as_ref();
         self.grid = self
@@ -175,12 +184,13 @@ impl Reader {
                 references: for_coded,
                 stale: &stale,
                 coded: &coded,
-                gain: &geometry.gain,
+                gain: geometry,
                 lines: &lines,
                 grid: &self.grid,
             };
             self.pictures = pictures::draw(&seen, settings);
         }
+        self.stale = stale;
         Ok(&self.grid)
     }
 
@@ -210,7 +220,7 @@ impl Reader {
     }
 
     /// Light under black read from the grids' dark cells, when it was not captured.
-    fn dark_cells(&self, coded: &[RgbImage], unary: &[RgbImage]) -> Option<Light> {
+    fn black_from_grids(&self, coded: &[RgbImage], unary: &[RgbImage]) -> Option<Light> {
         if self.references.black.is_some() {
             return None;
         }
@@ -238,7 +248,7 @@ impl Reader {
         let mut from_coded = bare(coded);
         let from_unary = bare(if unary.is_empty() { coded } else { unary });
         if !unary.is_empty() {
-            let colour = colours::nominal_response(self.projected.pattern.unary);
+            let colour = nominal_response(self.projected.pattern.unary);
             from_coded.take_white_from(&from_unary, colour);
         }
         [&from_coded, &from_unary].map(|light| stale.mend(&self.references, &dark, &light.white))
@@ -273,6 +283,6 @@ fn named<'a>(
 fn nominal(colours: &[Rgb]) -> Vec<[f32; 3]> {
     colours
         .iter()
-        .map(|&colour| colours::nominal_response(colour))
+        .map(|&colour| nominal_response(colour))
         .collect()
 }

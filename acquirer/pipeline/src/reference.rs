@@ -11,6 +11,7 @@ use image::RgbImage;
 use serde::{Deserialize, Serialize};
 
 use super::{
+    channels::Channels,
     plane::Plane,
     response::{Light, Response},
     tiles::Tiles,
@@ -67,7 +68,7 @@ pub struct References {
     /// Light under black projection.
     pub black: Option<Light>,
     /// Light that white projection adds, per channel; at least so much where it was clipped.
-    pub white: Option<[Plane; 3]>,
+    pub white: Option<Channels>,
     /// For each pixel bit 0, 1, 2 is set where red, green, blue was clipped under black or white.
     pub clipped: Vec<u8>,
     /// The camera's noise.
@@ -103,8 +104,8 @@ pub fn find_references(
     }
 }
 
-fn white_above(mut white: [Plane; 3], black: Option<&Light>, clipped: &[u8]) -> [Plane; 3] {
-    for (c, plane) in white.iter_mut().enumerate() {
+fn white_above(mut white: Channels, black: Option<&Light>, clipped: &[u8]) -> Channels {
+    for (c, plane) in white.planes_mut().iter_mut().enumerate() {
         let pixels = plane.values_mut().iter_mut().zip(clipped);
         pixels.for_each(|(w, &bits)| *w = if bits >> c & 1 == 1 { 1.0 } else { *w });
         if let Some(black) = black {
@@ -134,7 +135,7 @@ pub(super) fn dark_cells(grids: &[Light], settings: &ReferenceSettings) -> Optio
         Tiles::quantile(&darkest, settings.tile_px, 0.25).spread(width, height)
     });
     Some(Light {
-        channels,
+        channels: Channels::new(channels),
         clipped: vec![0; width * height],
         repeats: 1,
     })

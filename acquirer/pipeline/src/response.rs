@@ -9,7 +9,7 @@ use image::RgbImage;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::plane::Plane;
+use super::{channels::Channels, plane::Plane};
 
 /// How camera bytes become linear light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,6 +36,8 @@ pub struct Response {
     table: [f32; 256],
     /// The table with [`UNKNOWN`] for clipped bytes.
     marked: [f32; 256],
+    /// The table with full light for clipped bytes.
+    full: [f32; 256],
     clipped_from: u8,
 }
 
@@ -61,15 +63,19 @@ impl Response {
             linear as f32
         });
         let clipped_from = settings.clipped_from.max(1);
-        Self {
-            table,
-            marked: std::array::from_fn(|byte| {
+        let clipped_as = |light: f32| {
+            std::array::from_fn(|byte| {
                 if byte >= usize::from(clipped_from) {
-                    UNKNOWN
+                    light
                 } else {
                     table[byte]
                 }
-            }),
+            })
+        };
+        Self {
+            table,
+            marked: clipped_as(UNKNOWN),
+            full: clipped_as(1.0),
             clipped_from,
         }
     }
@@ -106,15 +112,136 @@ impl Response {
         }
     }
 
+    /// The sums of linear light over squares of `bin` x `bin` pixels and all repeats, red, green and blue, for the
+    /// `y`-th row of squares; clipped bytes count as full light. The rows of `sums` tell how many squares.
+    pub(super) fn sum_squares(
+        &self,
+        repeats: &[RgbImage],
+        (y, bin): (usize, usize),
+        sums: &mut [Vec<f32>; 3],
+    ) {
+        let mut first = true;
+        for picture in repeats {
+            let row_bytes = 3 * picture.width() as usize;
+            for row in y * bin..(y + 1) * bin {
+                let bytes = &picture.as_raw()[row * row_bytes..(row + 1) * row_bytes];
+                match (bin, first) {
+                    (1, true) => self.pixels(bytes, sums),
+                    (1, false) => self.squares::<1, false>(bytes, sums),
+                    (2, true) => self.squares::<2, true>(bytes, sums),
+                    (2, false) => self.squares::<2, false>(bytes, sums),
+                    (3, true) => self.squares::<3, true>(bytes, sums),
+                    (3, false) => self.squares::<3, false>(bytes, sums),
+                    (4, true) => self.squares::<4, true>(bytes, sums),
+                    (4, false) => self.squares::<4, false>(bytes, sums),
+                    _ => self.wide_squares((bytes, bin), first, sums),
+                }
+                first = false;
+            }
+        }
+    }
+
+    /// The light of one row's pixels.
+    fn pixels(&self, bytes: &[u8], [red, green, blue]: &mut [Vec<f32>; 3]) {
+        const TOGETHER: usize = 8;
+        let pieces = bytes.chunks_exact(3 * TOGETHER);
+        let done = pieces.len() * TOGETHER;
+        let lights = red.chunks_exact_mut(TOGETHER).zip(green.chunks_exact_mut(TOGETHER));
+        let lights = lights.zip(blue.chunks_exact_mut(TOGETHER));
+        for (piece, ((r, g), b)) in pieces.zip(lights) {
+            for k in 0..TOGETHER {
+                r[k] = self.full[usize::from(piece[3 * k])];
+                g[k] = self.full[usize::from(piece[3 * k + 1])];
+                b[k] = self.full[usize::from(piece[3 * k + 2])];
+            }
+        }
+        for (k, pixel) in bytes.chunks_exact(3).enumerate().skip(done) {
+            red[k] = self.full[usize::from(pixel[0])];
+            green[k] = self.full[usize::from(pixel[1])];
+            blue[k] = self.full[usize::from(pixel[2])];
+        }
+    }
+
+    /// Sums over pieces of one row: sets the first ones, adds others.
+    fn squares<const BIN: usize, const FIRST: bool>(
+        &self,
+        bytes: &[u8],
+        [red, green, blue]: &mut [Vec<f32>; 3],
+    ) {
+        let count = red.len().min(bytes.len() / (3 * BIN));
+        let pieces = bytes.chunks_exact(3 * BIN);
+        let (red, green, blue) = (&mut red[..count], &mut green[..count], &mut blue[..count]);
+        for (k, piece) in pieces.take(count).enumerate() {
+            let mut light = [0.0; 3];
+            for pixel in 0..BIN {
+                for c in 0..3 {
+                    light[c] += self.full[usize::from(piece[3 * pixel + c])];
+                }
+            }
+            if FIRST {
+                (red[k], green[k], blue[k]) = (light[0], light[1], light[2]);
+            } else {
+                red[k] += light[0];
+                green[k] += light[1];
+                blue[k] += light[2];
+            }
+        }
+    }
+
+    fn wide_squares(
+        &self,
+        (bytes, bin): (&[u8], usize),
+        first: bool,
+        [red, green, blue]: &mut [Vec<f32>; 3],
+    ) {
+        let sums = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
+        for (piece, ((r, g), b)) in bytes.chunks_exact(3 * bin).zip(sums) {
+            if first {
+                (*r, *g, *b) = (0.0, 0.0, 0.0);
+            }
+            for pixel in piece.chunks_exact(3) {
+                *r += self.full[usize::from(pixel[0])];
+                *g += self.full[usize::from(pixel[1])];
+                *b += self.full[usize::from(pixel[2])];
+            }
+        }
+    }
+
+    /// Adds the linear light of every `step`-th pixel from the `first` on, row by row, over all repeats; clipped
+    /// bytes count as full light.
+    pub(super) fn add_every(
+        &self,
+        repeats: &[RgbImage],
+        (first, step): (usize, usize),
+        [red, green, blue]: &mut [Vec<f32>; 3],
+    ) {
+        for picture in repeats {
+            let pixels = picture.as_raw()[3 * first..].chunks(3 * step);
+            let sums = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
+            for (pixel, ((r, g), b)) in pixels.zip(sums) {
+                *r += self.full[usize::from(pixel[0])];
+                *g += self.full[usize::from(pixel[1])];
+                *b += self.full[usize::from(pixel[2])];
+            }
+        }
+    }
+
     /// The mean linear light of one pixel of repeated captures; marked like [`Self::light_row`]'s.
+    #[inline]
     pub(super) fn light_at(&self, repeats: &[RgbImage], x: usize, y: usize) -> [f32; 3] {
+        let seen = |picture: &RgbImage| {
+            let at = 3 * (y * picture.width() as usize + x);
+            let pixel = &picture.as_raw()[at..at + 3];
+            [0, 1, 2].map(|c| self.marked[usize::from(pixel[c])])
+        };
+        if let [picture] = repeats {
+            return seen(picture);
+        }
         let share = 1.0 / repeats.len().max(1) as f32;
         let mut light = [0.0; 3];
         for picture in repeats {
-            let at = 3 * (y * picture.width() as usize + x);
-            for (sum, &byte) in light.iter_mut().zip(&picture.as_raw()[at..at + 3]) {
-                *sum += share * self.marked[usize::from(byte)];
-            }
+            let sums = light.iter_mut().zip(seen(picture));
+            sums.for_each(|(sum, light)| *sum += share * light);
         }
         light
     }
@@ -132,12 +259,12 @@ impl Response {
         let first = repeats.first()?;
         let (width, height) = (first.width() as usize, first.height() as usize);
         let mut light = Light {
-            channels: std::array::from_fn(|_| Plane::filled(width, height, 0.0)),
+            channels: Channels::new(std::array::from_fn(|_| Plane::filled(width, height, 0.0))),
             clipped: vec![0; width * height],
             repeats: repeats.len(),
         };
         let share = 1.0 / repeats.len() as f32;
-        let [red, green, blue] = &mut light.channels;
+        let [red, green, blue] = light.channels.planes_mut();
         let rows = red
             .values_mut()
             .par_chunks_mut(width.max(1))
@@ -172,7 +299,7 @@ impl Response {
 #[derive(Debug, Clone)]
 pub struct Light {
     /// Red, green and blue, 0 to 1.
-    pub channels: [Plane; 3],
+    pub channels: Channels,
     /// For each pixel bit 0, 1, 2 is set where red, green, blue was clipped in any repeat.
     pub clipped: Vec<u8>,
     /// How many captures the mean was taken over.

@@ -50,3 +50,19 @@ impl Default for PipelineSettings {
         }
     }
 }
+
+impl PipelineSettings {
+    /// For frame after frame as they come: no pictures, and every second sample along the lines.
+    #[must_use]
+    pub fn live() -> Self {
+        let settings = Self::default();
+        Self {
+            pictures: false,
+            lines: LineSettings {
+                step_px: 2,
+                ..settings.lines
+            },
+            ..settings
+        }
+    }
+}

@@ -9,60 +9,165 @@
 use image::RgbImage;
 
 use super::{
+    channels::Channels,
     plane::Plane,
     reference::References,
     response::{CLIPPED_LIGHT, Light, Response},
 };
 
-/// Side of a tile, in camera pixels.
-const TILE: usize = 32;
-/// Every so many pixels, in both directions, are looked at.
-const STEP: usize = 5;
+/// Tiles across a picture, about: they grow with the camera's size, as everything in its pictures does.
+const TILES_ACROSS: usize = 20;
+/// Pixels looked at along each side of a tile.
+const LOOKS: usize = 6;
+/// Smallest distance of the pixels that are looked at.
+const LEAST_STEP: usize = 5;
 /// Standard deviations of noise that count as a difference.
 const SIGMAS: f32 = 4.0;
 /// Share of white light that may be scattered into a dark cell.
 const SCATTERED: f32 = 0.25;
-
 /// Share of white light by which compression and sharpening darken what lies beside a line.
 const RINGING: f32 = 0.05;
+
+/// What to expect of the dark cells of a scene, at a lattice of its pixels: made once from the references.
+#[derive(Debug, Default)]
+pub(super) struct DarkCells {
+    columns: usize,
+    side: usize,
+    /// [`LOOKS`] squared for each tile.
+    expected: Vec<Expected>,
+    /// Share of one frame's variance in black's.
+    black_share: f32,
+    looks: Vec<Look>,
+}
+
+/// What a pixel of a dark cell may give back, per channel.
+#[derive(Debug, Clone, Copy)]
+struct Expected {
+    x: u32,
+    y: u32,
+    black: [f32; 3],
+    white: [f32; 3],
+    /// Standard deviation of one frame's noise.
+    sigma: [f32; 3],
+}
+
+/// How a pixel compares with what is expected.
+#[derive(Debug, Clone, Copy)]
+struct Look {
+    /// Light above black in standard deviations, summed over channels.
+    above: f32,
+    /// Whether it can't be a dark cell of the scene that the references show.
+    differs: bool,
+}
+
+impl DarkCells {
+    /// What the references let expect; nothing without black.
+    pub(super) fn new(references: &References) -> Self {
+        let Some(black) = &references.black else {
+            return Self::default();
+        };
+        let (width, height) = (black.width(), black.height());
+        let step = (width / (TILES_ACROSS * LOOKS)).max(LEAST_STEP);
+        let side = LOOKS * step;
+        let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
+        let mut expected = Vec::with_capacity(columns * rows * LOOKS * LOOKS);
+        for tile in 0..columns * rows {
+            for look in 0..LOOKS * LOOKS {
+                let x = tile % columns * side + look % LOOKS * step;
+                let y = tile / columns * side + look / LOOKS * step;
+                // a tile at the border looks at its last pixels again
+                let (x, y) = (x.min(width - 1), y.min(height - 1));
+                expected.push(Expected::at(references, black, (x, y)));
+            }
+        }
+        Self {
+            columns,
+            side,
+            expected,
+            black_share: 1.0 / black.repeats.max(1) as f32,
+            looks: Vec::new(),
+        }
+    }
+
+    /// The tiles in which the captures of a grid do not fit.
+    pub(super) fn find_stale(
+        &mut self,
+        response: &Response,
+        grid: &[RgbImage],
+        stale: &mut StaleTiles,
+    ) {
+        let noise = (1.0 / grid.len().max(1) as f32 + self.black_share).sqrt();
+        (stale.columns, stale.side) = (self.columns, self.side);
+        stale.tiles.clear();
+        for tile in self.expected.chunks_exact(LOOKS * LOOKS) {
+            let looks = tile.iter().map(|expected| {
+                let light = response.light_at(grid, expected.x as usize, expected.y as usize);
+                expected.compare(light, noise)
+            });
+            self.looks.clear();
+            self.looks.extend(looks);
+            stale.tiles.push(is_stale(&mut self.looks));
+        }
+    }
+}
+
+impl Expected {
+    fn at(references: &References, black: &Light, (x, y): (usize, usize)) -> Self {
+        let at = y * black.width() + x;
+        let blacks = [0, 1, 2].map(|c| black.channels[c].values()[at]);
+        let white = references.white.as_ref();
+        Self {
+            x: x as u32,
+            y: y as u32,
+            black: blacks,
+            // without a white reference light may be as bright as it likes
+            white: [0, 1, 2].map(|c| white.map_or(f32::MAX, |white| white[c].values()[at])),
+            sigma: [0, 1, 2].map(|c| references.noise.variance(c, blacks[c]).sqrt().max(1e-6)),
+        }
+    }
+
+    /// Compares light whose noise is so many times that of one frame.
+    fn compare(&self, light: [f32; 3], noise: f32) -> Look {
+        let (mut total, mut differs) = (0.0, false);
+        for c in 0..3 {
+            let (sigma, white) = (noise * self.sigma[c], self.white[c]);
+            let above = light[c] - self.black[c];
+            let ringing = if white < f32::MAX {
+                RINGING * white
+            } else {
+                0.0
+            };
+            let far =
+                above < -ringing - SIGMAS * sigma || above > SCATTERED * white + SIGMAS * sigma;
+            if light[c] < CLIPPED_LIGHT {
+                total += above / sigma;
+                differs |= far;
+            }
+        }
+        Look {
+            above: total,
+            differs,
+        }
+    }
+}
+
+/// Whether most of the darkest quarter differs.
+fn is_stale(looks: &mut [Look]) -> bool {
+    let quarter = looks.len() / 4;
+    looks.select_nth_unstable_by(quarter, |a, b| a.above.total_cmp(&b.above));
+    let differ = looks[..quarter].iter().filter(|look| look.differs).count();
+    2 * differ > quarter
+}
 
 /// Tiles of a picture, row by row.
 #[derive(Debug, Clone, Default)]
 pub(super) struct StaleTiles {
     columns: usize,
+    side: usize,
     tiles: Vec<bool>,
 }
 
 impl StaleTiles {
-    /// The tiles in which the references do not fit the captures of a grid. None without black.
-    pub(super) fn find(references: &References, response: &Response, grid: &[RgbImage]) -> Self {
-        let Some(black) = &references.black else {
-            return Self::default();
-        };
-        let (width, height) = (black.width(), black.height());
-        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-        let looker = Looker {
-            references,
-            black,
-            response,
-            grid,
-        };
-        let mut pixels = Vec::new();
-        let tiles = (0..columns * rows)
-            .map(|tile| {
-                let (x, y) = (tile % columns * TILE, tile / columns * TILE);
-                pixels.clear();
-                for y in (y..(y + TILE).min(height)).step_by(STEP) {
-                    for x in (x..(x + TILE).min(width)).step_by(STEP) {
-                        pixels.push(looker.look(x, y));
-                    }
-                }
-                is_stale(&mut pixels)
-            })
-            .collect();
-        Self { columns, tiles }
-    }
-
     /// Whether any tile is stale.
     pub(super) fn any(&self) -> bool {
         self.tiles.contains(&true)
@@ -70,7 +175,8 @@ impl StaleTiles {
 
     /// Whether a pixel lies in a stale tile.
     pub(super) fn holds(&self, x: usize, y: usize) -> bool {
-        let tile = y / TILE * self.columns + x / TILE;
+        let tile = |at: usize| at.checked_div(self.side).unwrap_or(0);
+        let tile = tile(y) * self.columns + tile(x);
         self.tiles.get(tile).copied().unwrap_or(false)
     }
 
@@ -79,7 +185,7 @@ impl StaleTiles {
         &self,
         references: &References,
         black: &Light,
-        white: &[Plane; 3],
+        white: &Channels,
     ) -> References {
         let mut mended = references.clone();
         for c in 0..3 {
@@ -101,61 +207,4 @@ impl StaleTiles {
             }
         }
     }
-}
-
-/// How a pixel compares with the references.
-#[derive(Debug, Clone, Copy)]
-struct Compared {
-    /// Light above black in standard deviations, summed over channels.
-    above: f32,
-    /// Whether it can't be a dark cell of the scene that the references show.
-    differs: bool,
-}
-
-struct Looker<'a> {
-    references: &'a References,
-    black: &'a Light,
-    response: &'a Response,
-    grid: &'a [RgbImage],
-}
-
-impl Looker<'_> {
-    fn look(&self, x: usize, y: usize) -> Compared {
-        let light = self.response.light_at(self.grid, x, y);
-        let at = y * self.black.width() + x;
-        let shares = [self.grid.len(), self.black.repeats].map(|n| 1.0 / n.max(1) as f32);
-        let mut compared = Compared {
-            above: 0.0,
-            differs: false,
-        };
-        for c in (0..3).filter(|&c| light[c] < CLIPPED_LIGHT) {
-            let black = self.black.channels[c].values()[at];
-            let variance = self.references.noise.variance(c, black) * (shares[0] + shares[1]);
-            let sigma = variance.sqrt().max(1e-6);
-            let above = light[c] - black;
-            let white = self.references.white.as_ref();
-            let (least, most) = white.map_or((0.0, f32::MAX), |white| {
-                let white = white[c].values()[at];
-                (RINGING * white, SCATTERED * white)
-            });
-            compared.above += above / sigma;
-            let noise = SIGMAS * sigma;
-            compared.differs |= above < -least - noise || above > most + noise;
-        }
-        compared
-    }
-}
-
-/// Whether most of the darkest quarter differs.
-fn is_stale(pixels: &mut [Compared]) -> bool {
-    let quarter = pixels.len() / 4;
-    if quarter == 0 {
-        return false;
-    }
-    pixels.select_nth_unstable_by(quarter, |a, b| a.above.total_cmp(&b.above));
-    let differ = pixels[..quarter]
-        .iter()
-        .filter(|pixel| pixel.differs)
-        .count();
-    2 * differ > quarter
 }

@@ -19,13 +19,13 @@ use serde::{Deserialize, Serialize};
 use shared::pattern::{Axis, MAX_COLOURS, Rgb};
 
 use super::{
-    crossings::{Arms, Crossings},
-    line_light::{LineLight, PixelLight},
+    crossings::Crossings,
+    gain::GainImage,
+    line_light::LineLight,
     lines::Lines,
-    plane::Plane,
     response::Response,
 };
-use model::Model;
+use model::{Model, ModelBuffers};
 
 /// How colours are told apart.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -98,16 +98,36 @@ impl Colours {
 }
 
 /// Light on the middle of a line, averaged a little across it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Sample {
     light: [f32; 3],
     full: [f32; 3],
     variance: [f32; 3],
 }
 
-/// The samples of one line at one crossing.
+impl Sample {
+    fn add(&mut self, other: &Self) {
+        for c in 0..3 {
+            self.light[c] += other.light[c];
+            self.full[c] += other.full[c];
+            self.variance[c] += other.variance[c];
+        }
+    }
+
+    fn scaled(self, share: f32) -> Self {
+        Self {
+            light: self.light.map(|v| share * v),
+            full: self.full.map(|v| share * v),
+            variance: self.variance.map(|v| share * v),
+        }
+    }
+}
+
+/// The samples of one line at one crossing, told together.
+#[derive(Debug, Clone, Copy, Default)]
 struct Unit {
-    samples: Vec<Sample>,
+    /// How many there are.
+    count: usize,
     /// Their mean; `None` without any.
     mean: Option<Sample>,
     /// Distance between samples along the line, in camera pixels.
@@ -115,65 +135,93 @@ struct Unit {
     clipped: f32,
 }
 
-impl Unit {
-    fn find_mean(&mut self) {
-        let share = 1.0 / self.samples.len().max(1) as f32;
-        let mean = |of: fn(&Sample) -> [f32; 3]| {
-            std::array::from_fn(|c| self.samples.iter().map(|s| of(s)[c]).sum::<f32>() * share)
-        };
-        self.mean = (!self.samples.is_empty()).then(|| Sample {
-            light: mean(|s| s.light),
-            full: mean(|s| s.full),
-            variance: mean(|s| s.variance),
-        });
+/// The samples of all lines at all crossings.
+#[derive(Debug, Default)]
+struct Units {
+    all: Vec<Unit>,
+    /// [`MOST_SAMPLES`] places for each unit.
+    samples: Vec<Sample>,
+}
+
+/// Samples on one arm, the first left out: more of them hardly tell more.
+const MOST_STEPS: usize = 8;
+/// Samples of one line at one crossing.
+const MOST_SAMPLES: usize = 2 * (MOST_STEPS + 1);
+
+impl Units {
+    /// Each unit with its samples.
+    fn iter(&self) -> impl Iterator<Item = (&Unit, &[Sample])> {
+        let samples = self.samples.chunks_exact(MOST_SAMPLES);
+        self.all
+            .iter()
+            .zip(samples)
+            .map(|(unit, samples)| (unit, &samples[..unit.count]))
     }
 }
 
-/// Finds the colours of all lines at all crossings. `gain` is the unary grid's, if there is one.
-#[must_use]
+/// What finding colours keeps between frames.
+#[derive(Debug, Default)]
+pub struct ColourBuffers {
+    units: Units,
+    model: ModelBuffers,
+}
+
+/// What the colours are seen in.
+#[derive(Debug, Clone, Copy)]
+pub struct ColouredLines<'a> {
+    /// Light of the coded grid.
+    pub light: &'a LineLight<'a>,
+    /// The unary grid's gain, if there is one.
+    pub gain: Option<&'a GainImage>,
+    /// The lines.
+    pub lines: &'a Lines,
+    /// Their crossings.
+    pub crossings: &'a Crossings,
+}
+
+/// Finds the colours of all lines at all crossings. `nominal` are the linear responses of the pattern's colours.
 pub fn find_colours(
-    light: &LineLight<'_>,
-    gain: Option<&Plane>,
-    lines: &Lines,
-    crossings: &Crossings,
+    seen: &ColouredLines<'_>,
     nominal: &[[f32; 3]],
     settings: &ColourSettings,
-) -> Colours {
-    let sampler = Sampler { light, gain };
-    let unit = |k: usize| {
-        let (crossing, axis) = (&crossings.all[k / 2], Axis::BOTH[k % 2]);
-        let family = lines.family(axis);
-        sampler.unit(
-            &family.tracks[crossing.arms(axis).track],
-            crossing.arms(axis),
-            crossing.along(axis),
-            family.width_px,
-            axis,
-        )
+    (buffers, colours): (&mut ColourBuffers, &mut Colours),
+) {
+    let ColourBuffers { units, model } = buffers;
+    let sampler = Sampler {
+        seen,
+        least_step_px: settings.correlation_px.max(1.0),
     };
-    let units: Vec<Unit> = (0..2 * crossings.all.len())
-        .into_par_iter()
-        .map(unit)
-        .collect();
-    let spread = if gain.is_some() {
+    let count = 2 * seen.crossings.all.len();
+    units.all.clear();
+    units.all.resize(count, Unit::default());
+    units
+        .samples
+        .resize(count * MOST_SAMPLES, Sample::default());
+    let places = units.samples.par_chunks_exact_mut(MOST_SAMPLES);
+    let units_and_places = units.all.par_iter_mut().zip(places).enumerate();
+    units_and_places.for_each(|(k, (unit, samples))| {
+        *unit = sampler.sample_unit(k / 2, Axis::BOTH[k % 2], samples);
+    });
+    let spread = if seen.gain.is_some() {
         settings.gain_spread
     } else {
         settings.free_gain_spread
     };
-    let mut model = Model::new(nominal, spread, light.white_is_measured, settings);
+    let mut model = Model::new(nominal, spread, seen.light.white_is_measured, (settings, model));
     for _ in 0..settings.rounds.min(20) {
-        model.refine(&units);
+        model.refine(units);
     }
-    let evidence = model.weigh_all(&units);
-    let (rows, columns) = evidence
-        .chunks_exact(2)
-        .map(|pair| (pair[0], pair[1]))
-        .unzip();
-    Colours {
-        rows,
-        columns,
-        responses: model.into_responses(),
+    colours.rows.clear();
+    colours.columns.clear();
+    for (k, (unit, samples)) in units.iter().enumerate() {
+        let evidence = model.weigh(unit, samples);
+        match Axis::BOTH[k % 2] {
+            Axis::Row => colours.rows.push(evidence),
+            Axis::Column => colours.columns.push(evidence),
+        }
     }
+    colours.responses.clear();
+    colours.responses.extend_from_slice(model.responses());
 }
 
 /// Linear light of a nominal colour, 0 to 1 per channel.
@@ -184,31 +232,22 @@ pub fn nominal_response(colour: Rgb) -> [f32; 3] {
 }
 
 struct Sampler<'a> {
-    light: &'a LineLight<'a>,
-    gain: Option<&'a Plane>,
+    seen: &'a ColouredLines<'a>,
+    /// Shortest distance between samples along a line, in camera pixels: nearer ones share what they tell.
+    least_step_px: f64,
 }
 
 impl Sampler<'_> {
-    fn unit(
-        &self,
-        track: &super::lines::Track,
-        arms: &Arms,
-        along: f64,
-        width_px: f64,
-        axis: Axis,
-    ) -> Unit {
-        /// Samples on one arm: more of them hardly tell more.
-        const MOST: f64 = 8.0;
+    /// Samples both arms of one line at a crossing.
+    fn sample_unit(&self, crossing: usize, axis: Axis, samples: &mut [Sample]) -> Unit {
+        let crossing = &self.seen.crossings.all[crossing];
+        let (arms, along) = (crossing.arms(axis), crossing.along(axis));
+        let family = self.seen.lines.family(axis);
+        let track = &family.tracks[arms.track];
         let ways = [0, 1].map(|side| (arms.outer_px[side] - arms.inner_px).max(0.0));
-        let step_px = (ways[0].max(ways[1]) / MOST).max(1.0);
-        let mut unit = Unit {
-            samples: Vec::with_capacity(2 * MOST as usize + 2),
-            mean: None,
-            step_px,
-            clipped: 0.0,
-        };
-        let aside = (0.25 * width_px).clamp(1.0, 2.0);
-        let mut tried = 0;
+        let step_px = (ways[0].max(ways[1]) / MOST_STEPS as f64).max(self.least_step_px);
+        let aside = (0.25 * family.width_px).clamp(1.0, 2.0);
+        let (mut count, mut clipped, mut sum) = (0, 0, Sample::default());
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             if !arms.seen[side] {
                 continue;
@@ -218,52 +257,46 @@ impl Sampler<'_> {
                 let Some(across) = track.at(at, 0.0) else {
                     continue;
                 };
-                tried += 1;
-                match self.sample(axis, at, across, aside) {
-                    Some(sample) => unit.samples.push(sample),
-                    None => unit.clipped += 1.0,
+                match self.sample(axis, (at, across), aside) {
+                    Some(sample) => {
+                        sum.add(&sample);
+                        samples[count] = sample;
+                        count += 1;
+                    }
+                    None => clipped += 1,
                 }
             }
         }
-        unit.clipped /= tried.max(1) as f32;
-        unit.find_mean();
-        unit
+        Unit {
+            count,
+            mean: (count > 0).then(|| sum.scaled(1.0 / count as f32)),
+            step_px,
+            clipped: clipped as f32 / (count + clipped).max(1) as f32,
+        }
     }
 
     /// The mean of three pixels across the line; `None` where all channels are clipped.
-    fn sample(&self, axis: Axis, along: f64, across: f64, aside: f64) -> Option<Sample> {
-        let add = |sum: &mut [f32; 3], values: [f32; 3]| {
-            let pairs = sum.iter_mut().zip(values);
-            pairs.for_each(|(sum, value)| *sum += value / 3.0);
-        };
-        let (mut sum, mut gain, mut usable) = (PixelLight::default(), 0.0, [true; 3]);
-        for offset in [-aside, 0.0, aside] {
-            let (x, y) = match axis {
-                Axis::Row => (along, across + offset),
-                Axis::Column => (across + offset, along),
-            };
-            let (x, y) = self.pixel(x, y);
-            let pixel = self.light.at(x, y);
-            add(&mut sum.above_black, pixel.above_black);
-            add(&mut sum.white, pixel.white);
-            add(&mut sum.variance, pixel.variance);
-            usable = std::array::from_fn(|c| usable[c] && pixel.usable[c]);
-            gain += self.gain.map_or(1.0, |plane| plane.row(y)[x]) / 3.0;
-        }
-        let gain = gain.clamp(0.1, 1.5);
-        usable.contains(&true).then(|| Sample {
-            light: sum.above_black,
-            full: sum.white.map(|white| gain * white),
-            variance: sum.variance,
+    fn sample(&self, axis: Axis, (along, across): (f64, f64), aside: f64) -> Option<Sample> {
+        let pixels = [-aside, 0.0, aside].map(|offset| match axis {
+            Axis::Row => self.pixel(along, across + offset),
+            Axis::Column => self.pixel(across + offset, along),
+        });
+        let light = self.seen.light.mean_at(pixels);
+        let gain = self.seen.gain.map_or(1.0, |image| {
+            let sum: f32 = pixels.iter().map(|&(x, y)| image.at(x, y)).sum();
+            (sum / pixels.len() as f32).clamp(0.1, 1.5)
+        });
+        light.usable.contains(&true).then(|| Sample {
+            light: light.above_black,
+            full: light.white.map(|white| gain * white),
+            variance: light.variance,
         })
     }
 
     /// The pixel that holds a position, or the nearest one.
     fn pixel(&self, x: f64, y: f64) -> (usize, usize) {
         let inside = |position: f64, length: usize| (position.max(0.0) as usize).min(length - 1);
-        (
-            inside(x, self.light.width()),
-            inside(y, self.light.height()),
-        )
+        let light = self.seen.light;
+        (inside(x, light.width()), inside(y, light.height()))
     }
 }

@@ -1,23 +1,36 @@
 //! The colour responses, estimated from the picture, and the likelihoods they give.
 
-use rayon::prelude::*;
 use shared::pattern::MAX_COLOURS;
 
 use super::{
-    ColourSettings, Evidence, Sample, Unit,
+    ColourSettings, Evidence, Sample, Unit, Units,
     unmix::{KnownLight, Unmixing},
 };
 
 /// The colour responses and how well they explain the picture.
 pub(super) struct Model<'a> {
-    nominal: Vec<[f32; 3]>,
+    /// How many colours there are.
+    count: usize,
+    nominal: [[f32; 3]; MAX_COLOURS],
     unmixing: Unmixing,
     may_unmix: bool,
-    responses: Vec<[f32; 3]>,
+    responses: [[f32; 3]; MAX_COLOURS],
     /// Error of the model itself, as a share of white light: interreflection, chroma smear, crosstalk.
     misfit: f32,
     gain_variance: f32,
     settings: &'a ColourSettings,
+    buffers: &'a mut ModelBuffers,
+}
+
+/// What the rounds keep between frames.
+#[derive(Debug, Default)]
+pub(super) struct ModelBuffers {
+    /// Units whose colour is clear, and that colour.
+    known: Vec<(usize, usize)>,
+    lights: Vec<KnownLight>,
+    /// Per colour and channel, the ratios to white of the clear units.
+    ratios: [[Vec<f32>; 3]; MAX_COLOURS],
+    deviations: Vec<f32>,
 }
 
 /// Light of a line and light that white would give, weighted by what noise leaves of them.
@@ -57,9 +70,6 @@ impl LightSums {
 /// Smallest and largest error of the model, as a share of white light.
 const MISFIT_RANGE: (f32, f32) = (0.04, 0.3);
 
-/// Keeps the product of three variances far from the smallest number that can be told from 0.
-const VARIANCE_SCALE: f32 = 1e4;
-
 /// Light of the brightest channel that the correction leaves in another one.
 const LEAK: f32 = 0.03;
 
@@ -69,47 +79,46 @@ impl<'a> Model<'a> {
         nominal: &[[f32; 3]],
         gain_spread: f64,
         may_unmix: bool,
-        settings: &'a ColourSettings,
+        (settings, buffers): (&'a ColourSettings, &'a mut ModelBuffers),
     ) -> Self {
-        let nominal: Vec<[f32; 3]> = nominal.iter().copied().take(MAX_COLOURS).collect();
+        let count = nominal.len().min(MAX_COLOURS);
+        let mut colours = [[0.0; 3]; MAX_COLOURS];
+        colours[..count].copy_from_slice(&nominal[..count]);
         Self {
-            responses: nominal.clone(),
-            nominal,
+            count,
+            nominal: colours,
             unmixing: Unmixing::NONE,
             may_unmix,
+            responses: colours,
             misfit: 0.1,
             gain_variance: (gain_spread * gain_spread) as f32,
             settings,
+            buffers,
         }
     }
 
     /// The responses found, in corrected channels.
-    pub(super) fn into_responses(self) -> Vec<[f32; 3]> {
-        self.responses
+    pub(super) fn responses(&self) -> &[[f32; 3]] {
+        &self.responses[..self.count]
     }
 
-    /// The evidence of all units.
-    pub(super) fn weigh_all(&self, units: &[Unit]) -> Vec<Evidence> {
-        units.par_iter().map(|unit| self.weigh(unit)).collect()
-    }
-
-    fn weigh(&self, unit: &Unit) -> Evidence {
-        let samples = unit.samples.len() as f32;
+    /// The evidence of a unit.
+    pub(super) fn weigh(&self, unit: &Unit, samples: &[Sample]) -> Evidence {
         let share = (unit.step_px / self.settings.correlation_px.max(1.0)).min(1.0) as f32;
-        self.weigh_samples(unit, &unit.samples, share, samples)
+        self.weigh_samples(unit, samples, share, samples.len() as f32)
     }
 
     /// As [`Self::weigh`] from the mean of the samples: quick, and near enough to tell which lines are clear.
     fn weigh_mean(&self, unit: &Unit) -> Evidence {
         let mean = unit.mean.as_slice();
-        let samples = unit.samples.len() as f32 * unit.step_px as f32;
+        let samples = unit.count as f32 * unit.step_px as f32;
         let independent = samples / self.settings.correlation_px.max(1.0) as f32;
         self.weigh_samples(unit, mean, independent.max(1.0), 1.0)
     }
 
     /// Sums over samples that tell `share` of a whole one each.
     fn weigh_samples(&self, unit: &Unit, samples: &[Sample], share: f32, count: f32) -> Evidence {
-        let colours = self.responses.len();
+        let colours = self.count;
         let mut evidence = Evidence {
             nats: [0.0; MAX_COLOURS],
             ratio: [0.0; 3],
@@ -120,9 +129,10 @@ impl<'a> Model<'a> {
         let clip = -self.settings.sample_clip_nats as f32;
         for sample in samples {
             let sample = &self.corrected(sample);
+            let weights = self.weights(sample);
             let mut nats = [0.0; MAX_COLOURS];
-            for (value, &response) in nats.iter_mut().zip(&self.responses) {
-                *value = self.log_likelihood(sample, response);
+            for (value, &response) in nats.iter_mut().zip(self.responses()) {
+                *value = self.log_likelihood((sample, weights), response);
             }
             let best = nats[..colours].iter().copied().fold(f32::MIN, f32::max);
             for (sum, value) in evidence.nats.iter_mut().zip(nats).take(colours) {
@@ -151,30 +161,36 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Normal log-likelihood with the gain integrated out (matrix determinant and inversion lemmas).
-    fn log_likelihood(&self, sample: &Sample, response: [f32; 3]) -> f32 {
+    /// Inverse variance of a sample's light per channel, the model's own error included.
+    fn weights(&self, sample: &Sample) -> [f32; 3] {
         let brightest = sample.full.iter().copied().fold(0.0, f32::max);
         let leak = LEAK * brightest;
-        let (mut ee, mut em, mut mm, mut product) = (0.0, 0.0, 0.0, 1.0);
-        for (c, response) in response.into_iter().enumerate() {
-            let model = sample.full[c] * response;
-            let error = sample.light[c] - model;
+        std::array::from_fn(|c| {
             let misfit = self.misfit * sample.full[c];
-            let variance = sample.variance[c] + misfit * misfit + leak * leak;
-            ee += error * error / variance;
-            em += error * model / variance;
-            mm += model * model / variance;
-            product *= variance * VARIANCE_SCALE;
+            1.0 / (sample.variance[c] + misfit * misfit + leak * leak)
+        })
+    }
+
+    /// Normal log-likelihood with the gain integrated out (matrix determinant and inversion lemmas), up to what all
+    /// colours share.
+    fn log_likelihood(&self, (sample, weights): (&Sample, [f32; 3]), response: [f32; 3]) -> f32 {
+        let (mut ee, mut em, mut mm) = (0.0, 0.0, 0.0);
+        for c in 0..3 {
+            let model = sample.full[c] * response[c];
+            let error = sample.light[c] - model;
+            ee += error * error * weights[c];
+            em += error * model * weights[c];
+            mm += model * model * weights[c];
         }
         let spread = 1.0 + self.gain_variance * mm;
-        -0.5 * (ee - self.gain_variance * em * em / spread + (product * spread).ln())
+        -0.5 * (ee - self.gain_variance * em * em / spread + spread.ln())
     }
 
     /// The colour of a line that leaves no doubt about it.
     fn clear_colour(&self, unit: &Evidence) -> Option<usize> {
         const CLEAR_NATS: f32 = 3.0;
         const CLEAR_SIGNAL: f32 = 4.0;
-        let colours = self.responses.len();
+        let colours = self.count;
         let best = (0..colours).max_by(|&a, &b| unit.nats[a].total_cmp(&unit.nats[b]))?;
         let close = (0..colours).any(|k| k != best && unit.nats[k] > -CLEAR_NATS);
         (unit.signal > CLEAR_SIGNAL && !close).then_some(best)
@@ -194,32 +210,47 @@ impl<'a> Model<'a> {
 
     /// Medians of the ratios of the lines that clearly have a colour become that colour's response, after
     /// their light has told the crosstalk.
-    pub(super) fn refine(&mut self, units: &[Unit]) {
-        const FEWEST: usize = 4;
-        let known: Vec<(usize, usize)> = units
-            .iter()
-            .enumerate()
-            .filter_map(|(at, unit)| Some((at, self.clear_colour(&self.weigh_mean(unit))?)))
-            .collect();
+    pub(super) fn refine(&mut self, units: &Units) {
+        let mut buffers = std::mem::take(self.buffers);
+        buffers.known.clear();
+        let clear = units.all.iter().enumerate();
+        let clear =
+            clear.filter_map(|(at, unit)| Some((at, self.clear_colour(&self.weigh_mean(unit))?)));
+        buffers.known.extend(clear);
         if self.may_unmix {
-            let lights: Vec<KnownLight> = known
-                .iter()
-                .filter_map(|&(at, colour)| self.known_light(&units[at], colour))
-                .collect();
-            self.unmixing = Unmixing::estimate(&lights);
+            let known = buffers.known.iter();
+            let lights = known.filter_map(|&(at, colour)| self.known_light(&units.all[at], colour));
+            buffers.lights.clear();
+            buffers.lights.extend(lights);
+            self.unmixing = Unmixing::estimate(&buffers.lights);
         }
-        let mut ratios = vec![[const { Vec::new() }; 3]; self.responses.len()];
-        for &(at, colour) in &known {
+        self.find_ratios(units, &mut buffers);
+        self.take_medians(&mut buffers);
+        *self.buffers = buffers;
+    }
+
+    fn find_ratios(&self, units: &Units, buffers: &mut ModelBuffers) {
+        buffers.ratios.iter_mut().flatten().for_each(Vec::clear);
+        for &(at, colour) in &buffers.known {
             let mut sums = LightSums::default();
-            if let Some(mean) = &units[at].mean {
+            if let Some(mean) = &units.all[at].mean {
                 sums.add(&self.corrected(mean));
             }
-            let ratio = sums.ratio();
-            let finite = ratio.iter().enumerate().filter(|(_, r)| r.is_finite());
-            finite.for_each(|(c, &ratio)| ratios[colour][c].push(ratio));
+            for (ratios, ratio) in buffers.ratios[colour].iter_mut().zip(sums.ratio()) {
+                if ratio.is_finite() {
+                    ratios.push(ratio);
+                }
+            }
         }
-        let mut deviations = Vec::new();
-        for (response, ratios) in self.responses.iter_mut().zip(&mut ratios) {
+    }
+
+    fn take_medians(&mut self, buffers: &mut ModelBuffers) {
+        const FEWEST: usize = 4;
+        let ModelBuffers {
+            ratios, deviations, ..
+        } = buffers;
+        deviations.clear();
+        for (response, ratios) in self.responses.iter_mut().zip(ratios) {
             for (r, ratios) in response.iter_mut().zip(ratios) {
                 if ratios.len() >= FEWEST {
                     *r = median(ratios).max(0.0);
@@ -228,7 +259,7 @@ impl<'a> Model<'a> {
             }
         }
         if !deviations.is_empty() {
-            self.misfit = (1.483 * median(&mut deviations)).clamp(MISFIT_RANGE.0, MISFIT_RANGE.1);
+            self.misfit = (1.483 * median(deviations)).clamp(MISFIT_RANGE.0, MISFIT_RANGE.1);
         }
     }
 }

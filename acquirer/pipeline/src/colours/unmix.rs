@@ -13,6 +13,7 @@ pub(super) struct Unmixing {
 }
 
 /// Light of a line whose colour is known: what came back, relative to the strongest channel of white.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct KnownLight {
     pub(super) light: [f32; 3],
     /// Which primaries its nominal colour lacks.

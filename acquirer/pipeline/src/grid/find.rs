@@ -346,7 +346,7 @@ fn stretches(
         if track.strength[k] <= 0.0 {
             continue;
         }
-        let along = (track.start + k) as f64 + 0.5;
+        let along = track.along(k);
         while next < known.len() && known[next].0 < along {
             next += 1;
         }

@@ -84,6 +84,9 @@ impl Decoder<'_> {
 
     /// Cuts a patch where its parts stand at different places of the code.
     fn parts(&self, patch: &Patch) -> Vec<Patch> {
+        if Axis::BOTH.iter().all(|&family| self.agrees(family, patch)) {
+            return vec![patch.clone()];
+        }
         let neighbours = self.neighbours(patch);
         let flat = self.settle(Axis::Row, patch, &neighbours);
         let steep = self.settle(Axis::Column, patch, &neighbours);
@@ -141,7 +144,8 @@ impl Decoder<'_> {
         let Some(best) = whole.first() else {
             return vec![0; patch.nodes.len()];
         };
-        let candidates = self.candidates(family, patch, neighbours, best.offset);
+        let doubts = self.doubts(family, patch, best.offset);
+        let candidates = self.candidates(family, (patch, &doubts), neighbours, best.offset);
         if candidates.len() == 1 {
             return vec![best.offset; patch.nodes.len()];
         }
@@ -158,11 +162,30 @@ impl Decoder<'_> {
         choice.into_iter().map(|k| candidates[k]).collect()
     }
 
+    /// What each crossing of a patch has against the patch's place in the code, in nats.
+    fn doubts(&self, family: Axis, patch: &Patch, offset: i32) -> Vec<f32> {
+        let cost = |(node, place)| self.cost(family, node, place, offset);
+        patch.members().map(cost).collect()
+    }
+
+    /// Whether all crossings of a patch together have so little against its place in the code that none of its
+    /// neighbourhoods can prefer another one clearly.
+    fn agrees(&self, family: Axis, patch: &Patch) -> bool {
+        let lines = self.evidence(family, patch.members());
+        let place = self
+            .code(family)
+            .best_place(&lines, self.settings.outside_nats as f32);
+        place.is_none_or(|(offset, _)| {
+            let cost = |(node, place)| self.cost(family, node, place, offset);
+            patch.members().map(cost).sum::<f32>() <= self.settings.cut_nats as f32
+        })
+    }
+
     /// Places that some neighbourhood of the patch clearly prefers, with the whole patch's best first.
     fn candidates(
         &self,
         family: Axis,
-        patch: &Patch,
+        (patch, doubts): (&Patch, &[f32]),
         neighbours: &[Vec<usize>],
         best: i32,
     ) -> Vec<i32> {
@@ -174,6 +197,10 @@ impl Decoder<'_> {
         let (mut around, mut lines) = (Vec::new(), LineEvidence::default());
         for start in 0..patch.nodes.len() {
             neighbourhood(start, neighbours, steps, &mut seen_at, &mut around);
+            // another place can't lead by more than what speaks against the best
+            if around.iter().map(|&k| doubts[k]).sum::<f32>() <= self.settings.cut_nats as f32 {
+                continue;
+            }
             lines.clear();
             for &k in &around {
                 let line = line_of(family, patch.places[k]);
@@ -198,13 +225,17 @@ impl Decoder<'_> {
         candidates
     }
 
-    fn costs(&self, family: Axis, node: usize, place: (i32, i32), candidates: &[i32]) -> Vec<f32> {
-        let nats = &self.colours.on(family)[node].nats;
+    /// What a crossing has against a place of its patch in the code, in nats.
+    fn cost(&self, family: Axis, node: usize, place: (i32, i32), offset: i32) -> f32 {
         let line = line_of(family, place) as i32;
-        let cost = |&offset: &i32| match self.code(family).symbol(line + offset) {
-            Some(symbol) => -nats[usize::from(symbol)],
+        match self.code(family).symbol(line + offset) {
+            Some(symbol) => -self.colours.on(family)[node].nats[usize::from(symbol)],
             None => self.settings.outside_nats as f32,
-        };
+        }
+    }
+
+    fn costs(&self, family: Axis, node: usize, place: (i32, i32), candidates: &[i32]) -> Vec<f32> {
+        let cost = |&offset: &i32| self.cost(family, node, place, offset);
         candidates.iter().map(cost).collect()
     }
 

@@ -13,10 +13,22 @@ const FEWEST: usize = 4;
 /// Largest difference of the two pieces' slopes, across per pixel along.
 const SLOPE_DIFFERENCE: f64 = 0.35;
 
-/// Joins pieces whose gap is at most `gap_px`, or that overlap by as much, where their prolongations agree
-/// within `gate_px`. `disturbed_px` points at each end are not trusted.
-pub(super) fn join(tracks: &[Track], gap_px: f64, disturbed_px: f64, gate_px: f64) -> Vec<Track> {
-    let skip = disturbed_px.max(0.0) as usize;
+/// How far apart what belongs together may be.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    /// Longest gap along a line, in camera pixels.
+    pub(super) gap_px: f64,
+    /// What is not trusted at an end, in camera pixels along.
+    pub(super) disturbed_px: f64,
+    /// Largest miss sideways, in camera pixels.
+    pub(super) gate_px: f64,
+}
+
+/// Joins pieces whose gap is within reach, or that overlap by as much, where their prolongations agree.
+pub(super) fn join(tracks: &[Track], reach: &Reach) -> Vec<Track> {
+    let spacing_px = tracks.first().map_or(1.0, |track| track.spacing_px);
+    let skip = (reach.disturbed_px.max(0.0) / spacing_px) as usize;
+    let gap = reach.gap_px / spacing_px;
     let heads: Vec<Option<Prolongation>> =
         tracks.iter().map(|t| Prolongation::head(t, skip)).collect();
     let tails: Vec<Option<Prolongation>> =
@@ -27,16 +39,17 @@ pub(super) fn join(tracks: &[Track], gap_px: f64, disturbed_px: f64, gate_px: f6
             let (Some(tail), Some(head)) = (tail, head) else {
                 continue;
             };
-            let gap = tracks[b].start as f64 - tracks[a].end() as f64;
+            let between = tracks[b].start as f64 - tracks[a].end() as f64;
             // each must go on where the other is not
             let ordered = tracks[a].start < tracks[b].start && tracks[a].end() < tracks[b].end();
-            if a == b || !ordered || gap.abs() > gap_px {
+            if a == b || !ordered || between.abs() > gap {
                 continue;
             }
             let middle = 0.5 * (tracks[b].start + tracks[a].end()) as f64;
             let miss = (tail.at(middle) - head.at(middle)).abs();
-            if miss <= gate_px && (tail.slope - head.slope).abs() <= SLOPE_DIFFERENCE {
-                pairs.push((miss + 0.02 * gap.abs(), a, b));
+            let bend = (tail.slope - head.slope).abs() / spacing_px;
+            if miss <= reach.gate_px && bend <= SLOPE_DIFFERENCE {
+                pairs.push((miss + 0.02 * spacing_px * between.abs(), a, b));
             }
         }
     }

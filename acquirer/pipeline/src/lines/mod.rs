@@ -1,14 +1,17 @@
 //! The middles of the grid's lines, to a fraction of a pixel, followed from picture row to picture row.
 //!
 //! Takes the gain image, gives tracks of two families: columns (steep in the picture) and rows (flat). One
-//! directional pass per family: the gain is smoothed along the lines and differentiated across them with a
-//! Gaussian as wide as half a line; the derivative falls through zero on the middle of a line, whatever
+//! directional pass per family: the gain is averaged along the lines and differentiated across them with a
+//! spline as wide as a line; the derivative falls through zero on the middle of a line, whatever
 //! the blur, as long as the profile is symmetric (J. Canny 1986; C. Steger 1998 for the bias). Zero
 //! crossings are linked into tracks by predicting along the local slope. Lines tilted by more than about
 //! 45 degrees are found by the other family's pass; a texture of stripes that W does not explain is
 //! followed as if it were a line, quietly.
 
+mod along;
+mod boxes;
 mod join;
+mod ridge_rows;
 mod ridges;
 mod scale;
 mod tracks;
@@ -17,25 +20,28 @@ use serde::{Deserialize, Serialize};
 use shared::pattern::Axis;
 
 pub use ridges::Ridge;
-use ridges::Ridges;
 pub use tracks::Track;
 
 use super::{
-    convolve::{Pair, convolve, pad_ends},
-    gain::GainImage,
-    plane::Plane,
+    gain::{GainFilter, GainImage},
+    line_light::LineLight,
 };
+use ridge_rows::RidgeRows;
+use ridges::{Search, find_ridges};
 
 /// How lines are found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LineSettings {
-    /// Narrowest line looked for, in camera pixels, 1.6 to 64: the derivative's Gaussian has half this width.
+    /// Narrowest line looked for, in camera pixels, 1.6 to 64.
     pub narrowest_px: f64,
     /// Widest line looked for, in camera pixels, 2 to 64.
     pub widest_px: f64,
-    /// Smoothing along the line, standard deviation in camera pixels, 0.5 to 5.
-    pub smooth_along_px: f64,
+    /// Largest step from sample to sample along the lines, in pixels of the gain image, 1 to 4: 2 saves a third of
+    /// the time and gives half as many points.
+    pub step_px: usize,
+    /// Side of the largest squares of camera pixels that are averaged where lines are wide, 1 to 8.
+    pub coarsest_px: usize,
     /// A ridge must rise above the noise by this many standard deviations, 1 to 20.
     pub noise_sigma: f64,
     /// A ridge must have this share of the strength of the lines around it, 0 to 1.
@@ -55,7 +61,8 @@ impl Default for LineSettings {
         Self {
             narrowest_px: 1.6,
             widest_px: 24.0,
-            smooth_along_px: 1.0,
+            step_px: 1,
+            coarsest_px: 4,
             noise_sigma: 5.0,
             share_of_local: 0.3,
             share_of_full: 0.12,
@@ -95,65 +102,81 @@ pub struct Family {
     pub width_px: f64,
 }
 
+/// How the picture is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sampling {
+    /// Side of the squares of camera pixels that the gain image is made of.
+    pub bin: usize,
+    /// From sample to sample along the lines, in pixels of the gain image.
+    pub step: usize,
+}
+
+impl Sampling {
+    /// From sample to sample along the lines, in camera pixels.
+    #[must_use]
+    pub fn spacing_px(self) -> usize {
+        self.bin * self.step
+    }
+}
+
+/// How wide the lines are, and the sampling that suits them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineScale {
+    /// Typical widths of rows and columns across their direction, in camera pixels.
+    pub widths_px: [f64; 2],
+    /// How finely the picture must be looked at.
+    pub sampling: Sampling,
+}
+
 /// What finding lines keeps between frames.
 #[derive(Debug, Default)]
 pub struct LineBuffers {
-    ridges: Ridges,
+    ridges: RidgeRows,
     scale: scale::ScaleBuffers,
 }
 
-/// Finds the lines of both families.
+/// Finds out how wide the lines are. `pitch_widths` are the pattern's pitches of rows and columns in widths of
+/// their lines: dense grids must be looked at finely.
+pub fn find_scale(
+    light: (&LineLight<'_>, &GainFilter),
+    pitch_widths: [f64; 2],
+    settings: &LineSettings,
+    buffers: &mut LineBuffers,
+) -> LineScale {
+    scale::find_scale(light, pitch_widths, settings, &mut buffers.scale)
+}
+
+/// Finds the lines of both families in a gain image of the scale's resolution; `shrink` is its pull towards 0.
 #[must_use]
 pub fn find_lines(
-    image: &GainImage,
-    shrink: f64,
+    (image, shrink): (&GainImage, f64),
+    scale: &LineScale,
     settings: &LineSettings,
     buffers: &mut LineBuffers,
 ) -> Lines {
-    let mut width = |family| scale::line_width(&image.gain, family, settings, &mut buffers.scale);
-    let widths = [width(Axis::Row), width(Axis::Column)];
+    let [row_px, column_px] = scale.widths_px;
     let mut family = |family: Axis, width_px: f64, other_width_px: f64| {
-        let ridges = &mut buffers.ridges;
-        ridges.find(image, family, (shrink as f32, width_px), settings);
-        let gap_px = settings.bridge_px + 1.5 * other_width_px;
-        let pieces = tracks::follow(ridges, width_px, gap_px, settings);
-        let disturbed_px = 0.5 * other_width_px + 2.0;
+        let search = Search {
+            family,
+            width_px,
+            shrink: shrink as f32,
+            settings,
+        };
+        find_ridges(&mut buffers.ridges, image, &search, &scale.sampling);
+        let spacing_px = scale.sampling.spacing_px() as f64;
+        let reach = join::Reach {
+            gap_px: settings.bridge_px + 1.5 * other_width_px,
+            disturbed_px: 0.5 * other_width_px + 2.0,
+            gate_px: settings.gate_px.clamp(0.5, 5.0),
+        };
+        let pieces = tracks::follow(&buffers.ridges, spacing_px, width_px, &reach);
         Family {
-            tracks: join::join(&pieces, gap_px, disturbed_px, settings.gate_px),
+            tracks: join::join(&pieces, &reach),
             width_px,
         }
     };
     Lines {
-        columns: family(Axis::Column, widths[1], widths[0]),
-        rows: family(Axis::Row, widths[0], widths[1]),
+        columns: family(Axis::Column, column_px, row_px),
+        rows: family(Axis::Row, row_px, column_px),
     }
-}
-
-/// A Gaussian, or its derivative, sampled out to three standard deviations: element k is at offset k from
-/// the middle; the other half follows by symmetry.
-fn half_kernel(sigma: f64, derivative: bool) -> Vec<f32> {
-    let radius = (3.0 * sigma).ceil() as usize;
-    let gauss = |k: usize| (-0.5 * (k as f64 / sigma).powi(2)).exp();
-    let sum: f64 = gauss(0) + 2.0 * (1..=radius).map(gauss).sum::<f64>();
-    (0..=radius)
-        .map(|k| {
-            let factor = if derivative {
-                k as f64 / (sigma * sigma)
-            } else {
-                1.0
-            };
-            (factor * gauss(k) / sum) as f32
-        })
-        .collect()
-}
-
-/// The rows of a plane near `y`, smoothed along y into one row padded by `pad` border values.
-#[inline(always)]
-fn smoothed_row(plane: &Plane, y: usize, along: &[f32], pad: usize, out: &mut Vec<f32>) {
-    let width = plane.width();
-    out.resize(width + 2 * pad, 0.0);
-    convolve(&mut out[pad..pad + width], along, Pair::Sum, |k| {
-        (plane.row(y.saturating_sub(k)), plane.row(y + k))
-    });
-    pad_ends(out, pad);
 }

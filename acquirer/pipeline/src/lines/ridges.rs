@@ -1,353 +1,340 @@
-//! Where each picture row crosses the middle of a steep line, and each picture column that of a flat one.
+//! Where the picture's rows cross the middles of steep lines, and its columns those of flat ones.
 //!
-//! Both families are looked for in the picture as it lies in memory, strip by strip: smoothed along the lines,
-//! differentiated across them, and every fall through zero that is steep enough is a ridge.
+//! Both families are looked for in the picture as it lies in memory, strip by strip: averaged along the lines,
+//! differentiated across them, and every fall through zero that is steep enough and stands alone is a ridge.
 
-use pulp::NullaryFnOnce;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use shared::pattern::Axis;
 
-use super::{LineSettings, half_kernel, smoothed_row};
-use crate::{
-    convolve::{Pair, convolve, pad_ends, wide},
-    gain::GainImage,
+use super::{
+    LineSettings, Sampling,
+    along::AlongKernel,
+    boxes::{BLOCK, Boxes, box_sums, down_sums},
+    ridge_rows::{Lattice, RidgeRows},
 };
+use crate::gain::GainImage;
 
-/// A point on the middle of a line, in one picture row or column.
+/// A point on the middle of a line, in one sample along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ridge {
-    /// Position across the line, edge coordinates.
+    /// Position across the line, camera pixels, edge coordinates.
     pub across: f32,
-    /// How sharply the gain bends there: -s^2 g'', about 0.46 on a full line.
+    /// How sharply the gain bends there: -s^2 g'', about 0.5 on a full line.
     pub strength: f32,
     /// Strong enough to begin a track; a weaker one only continues one.
     pub strong: bool,
 }
 
-/// The derivative's standard deviation in line widths: half a width answers a line best, a little more
-/// averages over the sensor's colour mosaic.
-const SIGMA_PER_WIDTH: f64 = 0.5;
-/// Strength of a line of gain 1 at that scale: (w/s) / sqrt(2 pi) x exp(-(w/s)^2 / 8).
-const FULL_STRENGTH: f32 = 0.456;
+/// Strength of a line of gain 1 as wide as the boxes: the cubic spline's bend, 2 / side^2, times the variance.
+const FULL_STRENGTH: f32 = 0.5;
 /// Demosaicing and JPEG correlate neighbouring pixels: their noise survives smoothing about so many times
 /// better than independent noise would.
 const CORRELATED: f32 = 2.0;
 /// A ridge that continues a track may have this share of the strength of one that begins it.
-const WEAK_SHARE: f32 = 0.5;
+pub(super) const WEAK_SHARE: f32 = 0.5;
 
 /// Where it must be dark beside a ridge, in line widths from its middle.
 const BESIDE_WIDTHS: [f64; 2] = [1.0, 1.3];
 /// Largest share of the ridge's own gain that counts as dark beside it.
 const BESIDE_SHARE: f32 = 0.5;
 
-/// Picture rows that one thread takes at a time.
-const STRIP: usize = 32;
+/// Derivatives (down the picture) or samples (along steep lines) that one thread takes at a time.
+const STRIP: usize = 48;
 
-/// The ridges of one family, kept between frames: for each pixel along the lines those across, in order.
+/// What one thread works with, kept between frames.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Ridges {
-    /// Where each pixel's ridges begin in `all`, and one past the last.
-    starts: Vec<usize>,
-    all: Vec<Ridge>,
-    strips: Vec<Strip>,
-    tiles: Vec<Vec<f32>>,
-}
-
-/// What one thread works with.
-#[derive(Debug, Clone, Default)]
-struct Strip {
+pub(super) struct Strip {
     smooth: Vec<f32>,
+    sums: Vec<f32>,
+    spare: Vec<f32>,
     slopes: [Vec<f32>; 2],
-    /// Ridges and their pixel along the line.
-    found: Vec<(usize, Ridge)>,
+    /// Ridges and their sample along the line.
+    pub(super) found: Vec<(u32, Ridge)>,
 }
 
-impl Ridges {
-    /// Pixels along the lines.
-    pub(super) fn len(&self) -> usize {
-        self.starts.len().saturating_sub(1)
-    }
-
-    /// The ridges of one pixel along, sorted by position across.
-    pub(super) fn row(&self, along: usize) -> &[Ridge] {
-        &self.all[self.starts[along]..self.starts[along + 1]]
-    }
-
-    /// Finds the ridges of one family: flat lines along x, steep ones along y.
-    pub(super) fn find(
-        &mut self,
-        image: &GainImage,
-        family: Axis,
-        (shrink, width_px): (f32, f64),
-        settings: &LineSettings,
-    ) {
-        let (width, height) = (image.gain.width(), image.gain.height());
-        let (along, across) = match family {
-            Axis::Row => (width, height),
-            Axis::Column => (height, width),
-        };
-        self.strips
-            .resize_with(height.div_ceil(STRIP), Strip::default);
-        let pass = Pass::new(image, shrink, width_px, settings);
-        let strips = self.strips.par_iter_mut().enumerate();
-        strips.for_each(|(k, strip)| {
-            strip.found.clear();
-            let rows = k * STRIP..((k + 1) * STRIP).min(height);
-            if width >= 3 {
-                wide(StripPass {
-                    pass: &pass,
-                    family,
-                    rows,
-                    strip,
-                });
-            }
-        });
-        self.gather(along);
-        self.compare_with_neighbourhood(across, settings);
-    }
-
-    /// Sorts what the strips found by the pixel along; across it is in order already.
-    fn gather(&mut self, along: usize) {
-        self.starts.clear();
-        self.starts.resize(along + 1, 0);
-        let found = || self.strips.iter().flat_map(|strip| &strip.found);
-        for &(at, _) in found() {
-            self.starts[at + 1] += 1;
+/// Finds the ridges of one family: flat lines along x, steep ones along y.
+pub(super) fn find_ridges(
+    ridges: &mut RidgeRows,
+    image: &GainImage,
+    search: &Search<'_>,
+    sampling: &Sampling,
+) {
+    let (width, height) = (image.gain.width(), image.gain.height());
+    let (along, across) = match search.family {
+        Axis::Row => (width / sampling.step, height),
+        Axis::Column => (height / sampling.step, width),
+    };
+    let pass = Pass::new(image, search, sampling);
+    let strips = match search.family {
+        Axis::Row => (height + 1).div_ceil(STRIP),
+        Axis::Column => along.div_ceil(STRIP),
+    };
+    ridges.strips.resize_with(strips, Strip::default);
+    let strips = ridges.strips.par_iter_mut().enumerate();
+    strips.for_each(|(k, strip)| {
+        strip.found.clear();
+        if width >= 3 && height >= 3 && along > 0 {
+            Arch::new().dispatch(StripPass {
+                pass: &pass,
+                first: k * STRIP,
+                strip,
+            });
         }
-        for at in 0..along {
-            self.starts[at + 1] += self.starts[at];
-        }
-        self.all.clear();
-        let blank = Ridge {
-            across: 0.0,
-            strength: 0.0,
-            strong: false,
-        };
-        self.all.resize(self.starts[along], blank);
-        for &(at, ridge) in found() {
-            self.all[self.starts[at]] = ridge;
-            self.starts[at] += 1; // now the end of its pixel, which is the start of the next
-        }
-        self.starts.copy_within(0..along, 1);
-        if let Some(first) = self.starts.first_mut() {
-            *first = 0;
-        }
-    }
-
-    /// Keeps ridges that are not faint beside the lines around them.
-    fn compare_with_neighbourhood(&mut self, across: usize, settings: &LineSettings) {
-        let side = settings.tile_px.clamp(8, 512);
-        let columns = across.div_ceil(side).max(1);
-        let tile = |ridge: &Ridge| (ridge.across as usize / side).min(columns - 1);
-        let share = settings.share_of_local as f32;
-        self.tiles.resize_with(columns, Vec::new);
-        let mut kept = 0;
-        for band in (0..self.len()).step_by(side) {
-            let rows = band..(band + side).min(self.len());
-            let range = self.starts[rows.start]..self.starts[rows.end];
-            self.tiles.iter_mut().for_each(Vec::clear);
-            for ridge in self.all[range].iter().filter(|ridge| ridge.strong) {
-                self.tiles[tile(ridge)].push(ridge.strength);
-            }
-            for strengths in &mut self.tiles {
-                upper_quartile_first(strengths);
-            }
-            for row in rows {
-                let range = self.starts[row]..self.starts[row + 1];
-                self.starts[row] = kept;
-                for at in range {
-                    let mut ridge = self.all[at];
-                    let limit = share * self.tiles[tile(&ridge)].first().unwrap_or(&0.0);
-                    ridge.strong &= ridge.strength > limit;
-                    if ridge.strength > WEAK_SHARE * limit {
-                        self.all[kept] = ridge;
-                        kept += 1;
-                    }
-                }
-            }
-        }
-        if let Some(last) = self.starts.last_mut() {
-            *last = kept;
-        }
-    }
+    });
+    let lattice = Lattice {
+        along,
+        across_px: across * sampling.bin,
+        spacing_px: sampling.spacing_px(),
+    };
+    ridges.gather(lattice, search.settings);
 }
 
-/// Puts the upper quartile of some values in the first place.
-fn upper_quartile_first(values: &mut [f32]) {
-    let at = values.len() * 3 / 4;
-    if at < values.len() {
-        values.select_nth_unstable_by(at, f32::total_cmp);
-        values.swap(0, at);
-    }
-}
-
-/// Standard deviation of the strength for independent noise of 1 per pixel.
-fn kernel_norm(sigma: f64, smooth: f64) -> f32 {
-    let root_pi = std::f64::consts::PI.sqrt();
-    let across = (3.0 / (8.0 * root_pi * sigma)).sqrt();
-    let along = (1.0 / (2.0 * root_pi * smooth)).sqrt();
-    (across * along) as f32
+/// What is looked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search<'a> {
+    pub(super) family: Axis,
+    /// Width of the lines across, in camera pixels.
+    pub(super) width_px: f64,
+    /// The gain image's pull towards 0.
+    pub(super) shrink: f32,
+    pub(super) settings: &'a LineSettings,
 }
 
 /// The pass over one strip.
 struct StripPass<'a> {
     pass: &'a Pass<'a>,
-    family: Axis,
-    rows: std::ops::Range<usize>,
+    first: usize,
     strip: &'a mut Strip,
 }
 
-impl NullaryFnOnce for StripPass<'_> {
+impl WithSimd for StripPass<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
-        match self.family {
-            Axis::Row => self.pass.flat(self.rows, self.strip),
-            Axis::Column => self.pass.steep(self.rows, self.strip),
+    fn with_simd<S: Simd>(self, simd: S) {
+        match self.pass.family {
+            Axis::Row => self.pass.flat(simd, self.first, self.strip),
+            Axis::Column => self.pass.steep(simd, self.first, self.strip),
         }
     }
 }
 
 struct Pass<'a> {
     image: &'a GainImage,
+    family: Axis,
     shrink: f32,
-    along: Vec<f32>,
-    across: Vec<f32>,
-    sigma: f32,
+    boxes: Boxes,
+    along: AlongKernel,
+    /// Smallest fall of the raw derivative that may be a ridge.
+    least_fall: f32,
+    /// From a fall of the raw derivative to the strength.
+    strength_per_fall: f32,
     noise: f32,
     least: f32,
-    /// Distances at which it must be dark beside a ridge, in pixels.
+    /// Distances at which it must be dark beside a ridge, in the image's pixels.
     beside: [usize; 2],
 }
 
 impl<'a> Pass<'a> {
-    fn new(image: &'a GainImage, shrink: f32, width_px: f64, settings: &LineSettings) -> Self {
-        let smooth = settings.smooth_along_px.clamp(0.5, 5.0);
-        let sigma = (SIGMA_PER_WIDTH * width_px).max(0.8);
+    fn new(image: &'a GainImage, search: &Search<'_>, sampling: &Sampling) -> Self {
+        let settings = search.settings;
+        let width = search.width_px / sampling.bin as f64;
+        let boxes = Boxes {
+            side: (width.round() as usize).max(2),
+        };
+        let along = AlongKernel {
+            step: sampling.step,
+        };
+        let strength_per_fall = boxes.variance() / (boxes.weight() * along.weight());
+        let least = settings.share_of_full as f32 * FULL_STRENGTH;
+        let noise = strength_per_fall * boxes.noise() * along.noise();
         Self {
             image,
-            shrink,
-            along: half_kernel(smooth, false),
-            across: half_kernel(sigma, true),
-            sigma: sigma as f32,
-            noise: CORRELATED * settings.noise_sigma as f32 * kernel_norm(sigma, smooth),
-            least: settings.share_of_full as f32 * FULL_STRENGTH,
-            beside: BESIDE_WIDTHS.map(|widths| (widths * width_px).round() as usize),
+            family: search.family,
+            shrink: search.shrink,
+            boxes,
+            along,
+            least_fall: WEAK_SHARE * least / strength_per_fall,
+            strength_per_fall,
+            noise: CORRELATED * settings.noise_sigma as f32 * noise,
+            least,
+            beside: BESIDE_WIDTHS.map(|widths| (widths * width).round() as usize),
         }
     }
 
-    /// Steep lines: smoothed down the picture, differentiated along its rows.
+    /// Steep lines: averaged down the picture, differentiated along its rows.
     #[inline(always)]
-    fn steep(&self, rows: std::ops::Range<usize>, strip: &mut Strip) {
-        let (width, pad) = (self.image.gain.width(), self.across.len());
+    fn steep<S: Simd>(&self, simd: S, first: usize, strip: &mut Strip) {
+        let (width, pad) = (self.image.gain.width(), self.boxes.pad());
         let Strip {
             smooth,
-            slopes: [slope, _],
+            sums,
+            spare,
             found,
+            ..
         } = strip;
-        for y in rows {
-            smoothed_row(&self.image.gain, y, &self.along, pad, smooth);
-            slope.resize(width, 0.0);
-            convolve(slope, &self.across, Pair::Difference, |k| {
-                (&smooth[pad - k..], &smooth[pad + k..])
-            });
-            let (gain, power) = (self.image.gain.row(y), self.image.power.row(y));
-            self.falls(&slope[..width - 1], &slope[1..], |x, before, after| {
-                let p = 0.5 * (power[x] + power[x + 1]);
-                if self.stands_alone(x, width, |at| gain[at]) {
-                    let at = x as f32 + 0.5;
-                    found.extend(self.ridge(at, before, after, p).map(|ridge| (y, ridge)));
+        let samples = self.image.gain.height() / self.along.step;
+        for row in [&mut *smooth, &mut *sums, &mut *spare] {
+            row.resize(width + 2 * pad, 0.0);
+        }
+        let slopes = width + 2 * pad - self.boxes.reach();
+        for sample in first..(first + STRIP).min(samples) {
+            let above = sample * self.along.step;
+            let rows = |k: usize| self.image.gain.row((above + k).saturating_sub(1));
+            self.along.sum_rows(rows, &mut smooth[pad..pad + width]);
+            pad_ends(smooth, pad);
+            sums.copy_from_slice(smooth);
+            box_sums(sums, spare, self.boxes.side);
+            box_sums(sums, spare, self.boxes.side);
+            difference(&sums[self.boxes.side..], sums, &mut spare[..slopes]);
+            let power = self.image.power.row(self.along.middle(sample));
+            let slopes = (&spare[..slopes - 1], &spare[1..slopes]);
+            self.falls(simd, slopes, |at, before, after| {
+                if self.stands_alone(at, width, |k| smooth[pad + k]) {
+                    let across = self.position(at, before, after);
+                    let power = power[(across as usize).min(width - 1)];
+                    let ridge = self.ridge(across, before - after, power);
+                    found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                 }
             });
         }
     }
 
-    /// Flat lines: differentiated down the picture, smoothed along its rows.
+    /// Flat lines: averaged along the picture's rows, differentiated down it, block of columns by block.
     #[inline(always)]
-    fn flat(&self, rows: std::ops::Range<usize>, strip: &mut Strip) {
+    fn flat<S: Simd>(&self, simd: S, first: usize, strip: &mut Strip) {
         let gain = &self.image.gain;
-        let last = gain.height() - 1;
+        let samples = gain.width() / self.along.step;
+        let (pad, side, reach) = (self.boxes.pad(), self.boxes.side, self.boxes.reach());
+        let falls = gain.height() + 2 * pad - reach - 1;
+        let falls = falls.saturating_sub(first).min(STRIP);
+        // rows above and below those of the derivatives, for what lies beside a ridge
+        let margin = (self.beside[1] + 1).saturating_sub(reach / 2);
+        let rows = falls + 1 + reach + 2 * margin;
         let Strip {
             smooth,
+            sums,
+            spare: padded,
             slopes: [upper, lower],
             found,
         } = strip;
-        self.slope_down(rows.start, smooth, upper);
-        for y in rows.start..rows.end.min(last) {
-            self.slope_down(y + 1, smooth, lower);
-            let power = (self.image.power.row(y), self.image.power.row(y + 1));
-            self.falls(upper, lower, |x, before, after| {
-                let p = 0.5 * (power.0[x] + power.1[x]);
-                if self.stands_alone(y, last + 1, |at| gain.row(at)[x]) {
-                    let at = y as f32 + 0.5;
-                    found.extend(self.ridge(at, before, after, p).map(|ridge| (x, ridge)));
-                }
-            });
-            std::mem::swap(upper, lower);
-        }
-    }
-
-    #[inline(always)]
-    fn slope_down(&self, y: usize, raw: &mut Vec<f32>, slope: &mut Vec<f32>) {
-        let gain = &self.image.gain;
-        let (width, pad) = (gain.width(), self.along.len());
-        raw.resize(width + 2 * pad, 0.0);
-        convolve(
-            &mut raw[pad..pad + width],
-            &self.across,
-            Pair::Difference,
-            |k| (gain.row(y.saturating_sub(k)), gain.row(y + k)),
-        );
-        pad_ends(raw, pad);
-        slope.resize(width, 0.0);
-        convolve(slope, &self.along, Pair::Sum, |k| {
-            (&raw[pad - k..], &raw[pad + k..])
-        });
-    }
-
-    /// Calls `at` where the slope falls through zero from `before` to `after` steeply enough for a weak ridge.
-    #[inline(always)]
-    fn falls(&self, before: &[f32], after: &[f32], mut at: impl FnMut(usize, f32, f32)) {
-        const TOGETHER: usize = 16; // pixels that are looked at in one go: hardly any has a ridge
-        let fall = WEAK_SHARE * self.least / (self.sigma * self.sigma);
-        let is_ridge = |b: f32, a: f32| (b > 0.0) & (a <= 0.0) & (b - a > fall);
-        let blocks = before.chunks(TOGETHER).zip(after.chunks(TOGETHER));
-        for (block, (b, a)) in blocks.enumerate() {
-            let any = b
-                .iter()
-                .zip(a)
-                .fold(false, |any, (&b, &a)| any | is_ridge(b, a));
-            if any {
-                for (k, (&b, &a)) in b.iter().zip(a).enumerate() {
-                    if is_ridge(b, a) {
-                        at(block * TOGETHER + k, b, a);
+        smooth.resize(rows * BLOCK, 0.0);
+        sums.resize(rows * BLOCK, 0.0);
+        upper.resize(BLOCK, 0.0);
+        lower.resize(BLOCK, 0.0);
+        for block in (0..samples).step_by(BLOCK) {
+            let columns = BLOCK.min(samples - block);
+            for (k, out) in smooth.chunks_exact_mut(BLOCK).enumerate() {
+                let y = (first + k).saturating_sub(pad + margin);
+                let out = &mut out[..columns];
+                self.along.sum_along(gain.row(y), block, padded, out);
+            }
+            let inner = &mut sums[margin * BLOCK..];
+            inner.copy_from_slice(&smooth[margin * BLOCK..]);
+            down_sums(inner, side);
+            down_sums(inner, side);
+            let row = |k: usize| &inner[k * BLOCK..(k + 1) * BLOCK];
+            difference(row(side), row(0), upper);
+            for k in 0..falls {
+                difference(row(k + 1 + side), row(k + 1), lower);
+                let slopes = (&upper[..columns], &lower[..columns]);
+                self.falls(simd, slopes, |column, before, after| {
+                    let at = |y: usize| smooth[(y + pad + margin - first) * BLOCK + column];
+                    if self.stands_alone(first + k, gain.height(), at) {
+                        let across = self.position(first + k, before, after);
+                        let sample = block + column;
+                        let power = self.image.power.row(across as usize);
+                        let power = power[self.along.middle(sample)];
+                        let ridge = self.ridge(across, before - after, power);
+                        found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                     }
-                }
+                });
+                std::mem::swap(upper, lower);
             }
         }
     }
 
-    /// Whether it is dark on both sides of a ridge between pixels `at` and `at + 1`. Where another line
-    /// crosses or comes near, one side is bright, and the ridge is drawn towards it.
+    /// Calls `at` where the derivative falls through zero, from `before` to `after`, steeply enough for a weak ridge.
+    #[inline(always)]
+    fn falls<S: Simd>(
+        &self,
+        simd: S,
+        (before, after): (&[f32], &[f32]),
+        mut at: impl FnMut(usize, f32, f32),
+    ) {
+        let fall = simd.splat_f32s(self.least_fall);
+        let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
+        let (befores, rest) = S::as_simd_f32s(before);
+        let (afters, _) = S::as_simd_f32s(after);
+        let lanes = S::F32_LANES;
+        let mut look = |k: usize| {
+            let (before, after) = (before[k], after[k]);
+            if before > 0.0 && after <= 0.0 && before - after > self.least_fall {
+                at(k, before, after);
+            }
+        };
+        for (n, (&before, &after)) in befores.iter().zip(afters).enumerate() {
+            let steep = simd.greater_than_f32s(simd.sub_f32s(before, after), fall);
+            let rises = simd.greater_than_f32s(before, zero);
+            let falls = simd.less_than_or_equal_f32s(after, zero);
+            let ridges = simd.and_m32s(rises, simd.and_m32s(falls, steep));
+            // hardly any pixel is on a ridge
+            if simd.reduce_max_f32s(simd.select_f32s(ridges, one, zero)) > 0.0 {
+                (n * lanes..(n + 1) * lanes).for_each(&mut look);
+            }
+        }
+        (before.len() - rest.len()..before.len()).for_each(look);
+    }
+
+    /// Position of a fall across, in the image's pixels, edge coordinates.
+    #[inline(always)]
+    fn position(&self, at: usize, before: f32, after: f32) -> f32 {
+        let first = at as f32 + self.boxes.middle() - self.boxes.pad() as f32;
+        first + before / (before - after)
+    }
+
+    /// Whether it is dark on both sides of the ridge at a fall. Where another line crosses or comes near, one side
+    /// is bright, and the ridge is drawn towards it.
     #[inline(always)]
     fn stands_alone(&self, at: usize, length: usize, gain: impl Fn(usize) -> f32) -> bool {
-        let middle = gain(at).max(gain(at + 1));
-        let limit = BESIDE_SHARE * middle;
+        // boxes of even length put it between two pixels, of odd length on one
+        let (low, high) = (
+            at.min(length - 1),
+            (at + 1 - self.boxes.side % 2).min(length - 1),
+        );
+        let limit = BESIDE_SHARE * gain(low).max(gain(high));
         self.beside.iter().all(|&way| {
-            let before = at.checked_sub(way).is_none_or(|at| gain(at) < limit);
-            let after = at + 1 + way >= length || gain(at + 1 + way) < limit;
+            let before = low.checked_sub(way).is_none_or(|k| gain(k) < limit);
+            let after = high + way >= length || gain(high + way) < limit;
             before && after
         })
     }
 
-    fn ridge(&self, at: f32, before: f32, after: f32, power: f32) -> Option<Ridge> {
-        let strength = self.sigma * self.sigma * (before - after);
+    #[inline(always)]
+    fn ridge(&self, across: f32, fall: f32, power: f32) -> Option<Ridge> {
+        let strength = self.strength_per_fall * fall;
         let noise = self.noise * power.sqrt() / (power + self.shrink);
         (strength > WEAK_SHARE * noise).then(|| Ridge {
-            across: at + before / (before - after),
+            across: across * self.image.bin as f32,
             strength,
             strong: strength > self.least.max(noise),
         })
     }
+}
+
+/// What the first row has more than the second, as far as `out` reaches.
+#[inline(always)]
+fn difference(more: &[f32], less: &[f32], out: &mut [f32]) {
+    let pairs = out.iter_mut().zip(more.iter().zip(less));
+    pairs.for_each(|(out, (more, less))| *out = more - less);
+}
+
+/// Fills what lies before and behind the middle of a padded row with the middle's ends.
+#[inline(always)]
+fn pad_ends(row: &mut [f32], pad: usize) {
+    let end = row.len() - pad;
+    let (first, last) = (row[pad], row[end - 1]);
+    row[..pad].fill(first);
+    row[end..].fill(last);
 }

@@ -1,37 +1,66 @@
 //! Ridges of successive picture rows linked into tracks.
 
-use super::{LineSettings, Ridge, ridges::Ridges};
+use super::{Ridge, join::Reach, ridge_rows::RidgeRows};
 
-/// One line followed through the picture: its position across for each pixel along it.
+/// One line followed through the picture: its position across for each sample along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
-    /// First pixel along the line.
+    /// Number of the first sample; sample 0 is the picture's first.
     pub start: usize,
-    /// Position across, edge coordinates, one per pixel along; interpolated where not measured.
+    /// From sample to sample, in camera pixels.
+    pub spacing_px: f64,
+    /// Position across, camera pixels, edge coordinates, one per sample; interpolated where not measured.
     pub across: Vec<f32>,
     /// Strength of the ridge; 0 where the position is interpolated over a gap.
     pub strength: Vec<f32>,
 }
 
 impl Track {
-    /// One past the last pixel along the line.
+    /// One past the last sample.
     #[must_use]
     pub fn end(&self) -> usize {
         self.start + self.across.len()
     }
 
-    /// Position across at an edge-coordinate position along, linear between pixels; up to `beyond` pixels
-    /// past the ends the line goes on straight.
+    /// Stretch along the line, in camera pixels, edge coordinates.
     #[must_use]
-    pub fn at(&self, along: f64, beyond: f64) -> Option<f64> {
-        let from_first = along - 0.5 - self.start as f64;
+    pub fn stretch_px(&self) -> (f64, f64) {
+        let edge = |sample: usize| sample as f64 * self.spacing_px;
+        (edge(self.start), edge(self.end()))
+    }
+
+    /// Position along of the k-th sample, in camera pixels, edge coordinates.
+    #[must_use]
+    pub fn along(&self, k: usize) -> f64 {
+        ((self.start + k) as f64 + 0.5) * self.spacing_px
+    }
+
+    /// The samples that were measured between two positions along: their numbers, from [`Self::start`].
+    pub fn measured(&self, from_px: f64, to_px: f64) -> impl Iterator<Item = usize> + '_ {
+        let number = |px: f64| (px / self.spacing_px - 0.5 - self.start as f64).max(0.0);
+        let first = (number(from_px).ceil() as usize).min(self.across.len());
+        let end = if to_px < self.along(0) {
+            first
+        } else {
+            (number(to_px).floor() as usize + 1).clamp(first, self.across.len())
+        };
+        (first..end).filter(|&k| self.strength[k] > 0.0)
+    }
+
+    /// Position across at a position along, both in camera pixels, linear between samples; up to `beyond_px` past
+    /// the ends the line goes on straight.
+    #[must_use]
+    pub fn at(&self, along: f64, beyond_px: f64) -> Option<f64> {
+        let from_first = along / self.spacing_px - 0.5 - self.start as f64;
         let last = (self.across.len() - 1) as f64;
+        let beyond = beyond_px / self.spacing_px;
         if !(-beyond..=last + beyond).contains(&from_first) {
             return None;
         }
         if from_first < 0.0 || from_first > last {
             let end = from_first.clamp(0.0, last);
-            return Some(self.value(end) + self.end_slope(end as usize) * (from_first - end));
+            let way_px = (from_first - end) * self.spacing_px;
+            return Some(self.value(end) + self.slope_around(end as usize) * way_px);
         }
         Some(self.value(from_first))
     }
@@ -43,17 +72,20 @@ impl Track {
         self.across.iter().fold((f32::MAX, f32::MIN), fold)
     }
 
-    /// Across per pixel along, from the ten points on either side of a position along.
+    /// Across per pixel along, from some points on either side of a position along.
     #[must_use]
     pub fn slope(&self, along: f64) -> f64 {
+        self.slope_around((along / self.spacing_px - self.start as f64).max(0.0) as usize)
+    }
+
+    fn slope_around(&self, middle: usize) -> f64 {
         const REACH: usize = 10;
-        let middle = (along - self.start as f64).max(0.0) as usize;
         let high = (middle + REACH).min(self.across.len() - 1);
         let low = middle.min(high).saturating_sub(REACH);
         if high == low {
             return 0.0;
         }
-        f64::from(self.across[high] - self.across[low]) / (high - low) as f64
+        f64::from(self.across[high] - self.across[low]) / ((high - low) as f64 * self.spacing_px)
     }
 
     fn value(&self, from_first: f64) -> f64 {
@@ -61,10 +93,6 @@ impl Track {
         let next = (k + 1).min(self.across.len() - 1);
         let (a, b) = (f64::from(self.across[k]), f64::from(self.across[next]));
         a + (from_first - k as f64) * (b - a)
-    }
-
-    fn end_slope(&self, end: usize) -> f64 {
-        self.slope((self.start + end) as f64)
     }
 }
 
@@ -105,7 +133,7 @@ impl Recent {
         self.points += 1;
     }
 
-    /// Across per pixel along; 0 until there are enough points.
+    /// Across per sample; 0 until there are enough points.
     fn slope(&self) -> f32 {
         const FEWEST: usize = 4;
         if self.points < FEWEST {
@@ -170,21 +198,24 @@ impl Growing {
     }
 }
 
-/// Gate growth per picture row of gap: the slope's uncertainty.
-const GATE_PER_GAP_PX: f32 = 0.1;
-/// Steepest sideways step per picture row: 45 degrees and a little.
+/// Gate growth per pixel of gap: the slope's uncertainty.
+const GATE_PER_PX: f32 = 0.1;
+/// Steepest sideways step per pixel along: 45 degrees and a little.
 const STEEPEST: f32 = 1.3;
 
-/// Links ridges into tracks; a track needs one and a half line widths of strong ridges, at least five.
+/// Links ridges into tracks; a track needs one and a half line widths of strong ridges, at least five pixels.
 pub(super) fn follow(
-    ridges: &Ridges,
+    ridges: &RidgeRows,
+    spacing_px: f64,
     width_px: f64,
-    gap_px: f64,
-    settings: &LineSettings,
+    reach: &Reach,
 ) -> Vec<Track> {
-    let fewest = (1.5 * width_px).max(5.0) as usize;
-    let longest_gap = gap_px.max(1.0) as usize;
-    let gate = settings.gate_px.clamp(0.5, 5.0) as f32;
+    let fewest = ((1.5 * width_px).max(5.0) / spacing_px).ceil() as usize;
+    let longest_gap = (reach.gap_px.max(1.0) / spacing_px) as usize;
+    let gate = Gate {
+        px: reach.gate_px as f32,
+        spacing_px: spacing_px as f32,
+    };
     let mut growing: Vec<Growing> = Vec::new();
     let mut done = Vec::new();
     let (mut pairs, mut track_taken, mut ridge_taken) = (Vec::new(), Vec::new(), Vec::new());
@@ -193,11 +224,11 @@ pub(super) fn follow(
         growing.retain_mut(|track| {
             let goes_on = along - track.last() <= longest_gap + 1;
             if !goes_on {
-                finish(track, fewest, &mut done);
+                finish(track, (fewest, spacing_px), &mut done);
             }
             goes_on
         });
-        candidates(&growing, row, along, gate, &mut pairs);
+        candidates((&growing, row), along, gate, &mut pairs);
         track_taken.clear();
         track_taken.resize(growing.len(), false);
         ridge_taken.clear();
@@ -217,7 +248,7 @@ pub(super) fn follow(
     }
     growing
         .iter_mut()
-        .for_each(|track| finish(track, fewest, &mut done));
+        .for_each(|track| finish(track, (fewest, spacing_px), &mut done));
     done.sort_by(|a: &Track, b: &Track| {
         (a.start, a.across[0])
             .partial_cmp(&(b.start, b.across[0]))
@@ -226,36 +257,44 @@ pub(super) fn follow(
     done
 }
 
-fn finish(track: &mut Growing, fewest: usize, done: &mut Vec<Track>) {
+fn finish(track: &mut Growing, (fewest, spacing_px): (usize, f64), done: &mut Vec<Track>) {
     if track.strong >= fewest {
         done.push(Track {
             start: track.start,
+            spacing_px,
             across: std::mem::take(&mut track.across),
             strength: std::mem::take(&mut track.strength),
         });
     }
 }
 
+/// How far beside its prediction a track's next ridge may lie.
+#[derive(Debug, Clone, Copy)]
+struct Gate {
+    /// In the next pixel.
+    px: f32,
+    spacing_px: f32,
+}
+
 /// Tracks and ridges near each other, nearest pairs first.
 fn candidates(
-    growing: &[Growing],
-    row: &[Ridge],
+    (growing, row): (&[Growing], &[Ridge]),
     along: usize,
-    gate: f32,
+    gate: Gate,
     pairs: &mut Vec<(f32, usize, usize)>,
 ) {
     pairs.clear();
     for (t, track) in growing.iter().enumerate() {
-        let gap = (along - track.last() - 1) as f32;
+        let way_px = (along - track.last()) as f32 * gate.spacing_px;
         let predicted = track.predicted(along);
-        let reach = gate + GATE_PER_GAP_PX * gap;
+        let reach = gate.px + GATE_PER_PX * (way_px - 1.0);
         let last = track.across[track.across.len() - 1];
         let first = row.partition_point(|ridge| ridge.across < predicted - reach);
         for (r, ridge) in row.iter().enumerate().skip(first) {
             if ridge.across > predicted + reach {
                 break;
             }
-            if (ridge.across - last).abs() <= STEEPEST * (gap + 1.0) + 0.5 {
+            if (ridge.across - last).abs() <= STEEPEST * way_px + 0.5 {
                 // a longer track is the better evidence when two reach for the same ridge
                 let handicap = 1.0 / (1.0 + track.across.len() as f32);
                 pairs.push(((ridge.across - predicted).abs() + handicap, t, r));

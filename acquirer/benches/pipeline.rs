@@ -5,7 +5,7 @@
 
 use acquirer::pipeline::{
     Captures, PipelineSettings, Reader,
-    colours::{find_colours, nominal_response},
+    colours::{ColourBuffers, ColouredLines, Colours, find_colours, nominal_response},
     crossings::find_crossings,
     gain::{GainBuffers, GainFilter, GainImage, find_gain},
     grid::{Decoding, Observed},
@@ -104,20 +104,21 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         bencher.iter(|| pool.install(|| find_crossings(&lines, &settings.crossings)));
     });
     let crossings = find_crossings(&lines, &settings.crossings);
-    let colours = || {
-        find_colours(
-            &light,
-            None,
-            &lines,
-            &crossings,
-            &nominal,
-            &settings.colours,
-        )
+    let seen = ColouredLines {
+        light: &light,
+        gain: None,
+        lines: &lines,
+        crossings: &crossings,
+    };
+    let (mut buffers, mut found) = (ColourBuffers::default(), Colours::default());
+    let mut colours = || {
+        let found = (&mut buffers, &mut found);
+        find_colours(&seen, &nominal, &settings.colours, found);
     };
     group.bench_function("colours", |bencher| {
-        bencher.iter(|| pool.install(colours));
+        bencher.iter(|| pool.install(&mut colours))
     });
-    let found = colours();
+    colours();
     let observed = Observed {
         lines: &lines,
         crossings: &crossings,

@@ -339,9 +339,12 @@ impl GainFilter {
 
 #[inline(always)]
 fn weighted<S: Simd>(simd: S, values: [S::f32s; 3], weights: [f32; 3]) -> S::f32s {
-    let mut sum = simd.mul_f32s(values[0], simd.splat_f32s(weights[0]));
-    for c in 1..3 {
-        sum = simd.add_f32s(sum, simd.mul_f32s(values[c], simd.splat_f32s(weights[c])));
+    let mut sum = simd.splat_f32s(0.0);
+    for c in 0..3 {
+        // grid colours are mostly made of whole channels
+        if weights[c] != 0.0 {
+            sum = simd.add_f32s(sum, simd.mul_f32s(values[c], simd.splat_f32s(weights[c])));
+        }
     }
     sum
 }

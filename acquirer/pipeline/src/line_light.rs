@@ -93,45 +93,18 @@ impl<'a> LineLight<'a> {
         self.black.height()
     }
 
-    /// The mean light at some pixels of the picture. All errors but the clipped ones' are linear in the light, so that
-    /// the mean's is theirs; neighbouring pixels share most of it.
+    /// For looking at many single pixels.
     #[must_use]
-    pub fn mean_at<const N: usize>(&self, pixels: [(usize, usize); N]) -> PixelLight {
-        let width = self.width();
-        let part = 1.0 / N as f32;
+    pub fn looker(&self) -> Looker<'_> {
         let [share, black_share] = self.shares();
-        let mut seen = [0.0; 3];
-        let mut blacks = [0.0; 3];
-        let mut mean = PixelLight {
-            usable: [true; 3],
-            ..PixelLight::default()
-        };
-        let mut white_clipped = [0.0; 3];
-        for (x, y) in pixels {
-            let light = self.response.light_at(self.frames, x, y);
-            let at = y * width + x;
-            let bits = self.clipped.get(at).copied().unwrap_or(0);
-            for c in 0..3 {
-                mean.usable[c] &= light[c] < CLIPPED_LIGHT;
-                seen[c] += part * light[c].min(1.0);
-                blacks[c] += part * self.black.channels[c].values()[at];
-                mean.white[c] += part * self.white[c].values()[at];
-                white_clipped[c] += part * f32::from(bits >> c & 1);
-            }
+        Looker {
+            light: self,
+            blacks: [0, 1, 2].map(|c| self.black.channels[c].values()),
+            whites: [0, 1, 2].map(|c| self.white[c].values()),
+            floor: self.noise.floor.map(|floor| floor * (share + black_share)),
+            of_light: self.noise.growth.map(|growth| growth * share),
+            of_black: self.noise.growth.map(|growth| growth * black_share),
         }
-        for c in 0..3 {
-            mean.above_black[c] = seen[c] - blacks[c];
-            mean.variance[c] = self.noise.variance(c, seen[c]) * share
-                + self.noise.variance(c, blacks[c]) * black_share;
-            if !mean.usable[c] {
-                mean.variance[c] += CLIPPED_VARIANCE;
-            } else if white_clipped[c] > 0.0 {
-                // white is brighter than was seen: a dark line is dark all the same, a bright one may be less so
-                let error = WHITE_CLIPPED_ERROR * mean.above_black[c];
-                mean.variance[c] += white_clipped[c] * error * error;
-            }
-        }
-        mean
     }
 
     /// Without a measured white, the unary grid's light over its own colour stands for it, if that colour
@@ -197,6 +170,57 @@ impl<'a> LineLight<'a> {
             .iter_mut()
             .for_each(|v| *v = v.max(least));
         Channels::new([level.clone(), level.clone(), level])
+    }
+}
+
+/// Looks at pixels of a grid capture.
+#[derive(Debug, Clone, Copy)]
+pub struct Looker<'a> {
+    light: &'a LineLight<'a>,
+    blacks: [&'a [f32]; 3],
+    whites: [&'a [f32]; 3],
+    /// Variance of light above black: a constant, and its growth with light and with black.
+    floor: [f32; 3],
+    of_light: [f32; 3],
+    of_black: [f32; 3],
+}
+
+impl Looker<'_> {
+    /// The mean light at some pixels, numbered row by row. All errors but the clipped ones' are linear in the light,
+    /// so that the mean's is theirs; neighbouring pixels share most of it.
+    #[must_use]
+    pub fn mean_at<const N: usize>(&self, pixels: [usize; N]) -> PixelLight {
+        let part = 1.0 / N as f32;
+        let (mut seen, mut blacks, mut whites) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        let mut brightest = [0.0f32; 3];
+        let mut white_clipped = [0; 3];
+        for at in pixels {
+            let light = self.light.response.light_at(self.light.frames, at);
+            let bits = self.light.clipped.get(at).copied().unwrap_or(0);
+            for c in 0..3 {
+                brightest[c] = brightest[c].max(light[c]);
+                seen[c] += light[c].min(1.0);
+                blacks[c] += self.blacks[c][at];
+                whites[c] += self.whites[c][at];
+                white_clipped[c] += bits >> c & 1;
+            }
+        }
+        let mut mean = PixelLight::default();
+        for c in 0..3 {
+            let (seen, black) = (part * seen[c], part * blacks[c]);
+            mean.above_black[c] = seen - black;
+            mean.white[c] = part * whites[c];
+            mean.usable[c] = brightest[c] < CLIPPED_LIGHT;
+            mean.variance[c] = self.floor[c] + self.of_light[c] * seen + self.of_black[c] * black;
+            if !mean.usable[c] {
+                mean.variance[c] += CLIPPED_VARIANCE;
+            } else if white_clipped[c] > 0 {
+                // white is brighter than was seen: a dark line is dark all the same, a bright one may be less so
+                let error = WHITE_CLIPPED_ERROR * mean.above_black[c];
+                mean.variance[c] += part * f32::from(white_clipped[c]) * error * error;
+            }
+        }
+        mean
     }
 }
 

@@ -146,7 +146,9 @@ impl Response {
         const TOGETHER: usize = 8;
         let pieces = bytes.chunks_exact(3 * TOGETHER);
         let done = pieces.len() * TOGETHER;
-        let lights = red.chunks_exact_mut(TOGETHER).zip(green.chunks_exact_mut(TOGETHER));
+        let lights = red
+            .chunks_exact_mut(TOGETHER)
+            .zip(green.chunks_exact_mut(TOGETHER));
         let lights = lights.zip(blue.chunks_exact_mut(TOGETHER));
         for (piece, ((r, g), b)) in pieces.zip(lights) {
             for k in 0..TOGETHER {
@@ -226,13 +228,12 @@ impl Response {
         }
     }
 
-    /// The mean linear light of one pixel of repeated captures; marked like [`Self::light_row`]'s.
+    /// The mean linear light of one pixel, numbered row by row, of repeated captures; marked like [`Self::light_row`]'s.
     #[inline]
-    pub(super) fn light_at(&self, repeats: &[RgbImage], x: usize, y: usize) -> [f32; 3] {
-        let seen = |picture: &RgbImage| {
-            let at = 3 * (y * picture.width() as usize + x);
-            let pixel = &picture.as_raw()[at..at + 3];
-            [0, 1, 2].map(|c| self.marked[usize::from(pixel[c])])
+    pub(super) fn light_at(&self, repeats: &[RgbImage], pixel: usize) -> [f32; 3] {
+        let seen = |picture: &RgbImage| match picture.as_raw()[3 * pixel..] {
+            [r, g, b, ..] => [r, g, b].map(|byte| self.marked[usize::from(byte)]),
+            _ => [0.0; 3],
         };
         if let [picture] = repeats {
             return seen(picture);

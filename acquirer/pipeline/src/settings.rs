@@ -52,7 +52,7 @@ impl Default for PipelineSettings {
 }
 
 impl PipelineSettings {
-    /// For frame after frame as they come: no pictures, and every second sample along the lines.
+    /// For frame after frame as they come: no pictures, every second sample along the lines, half the colour samples.
     #[must_use]
     pub fn live() -> Self {
         let settings = Self::default();
@@ -61,6 +61,10 @@ impl PipelineSettings {
             lines: LineSettings {
                 step_px: 2,
                 ..settings.lines
+            },
+            colours: ColourSettings {
+                samples: 4,
+                ..settings.colours
             },
             ..settings
         }

@@ -43,8 +43,8 @@ pub(super) struct DarkCells {
 /// What a pixel of a dark cell may give back, per channel.
 #[derive(Debug, Clone, Copy)]
 struct Expected {
-    x: u32,
-    y: u32,
+    /// Number of the pixel, row by row.
+    at: u32,
     black: [f32; 3],
     white: [f32; 3],
     /// Standard deviation of one frame's noise.
@@ -101,8 +101,7 @@ impl DarkCells {
         stale.tiles.clear();
         for tile in self.expected.chunks_exact(LOOKS * LOOKS) {
             let looks = tile.iter().map(|expected| {
-                let light = response.light_at(grid, expected.x as usize, expected.y as usize);
-                expected.compare(light, noise)
+                expected.compare(response.light_at(grid, expected.at as usize), noise)
             });
             self.looks.clear();
             self.looks.extend(looks);
@@ -117,8 +116,7 @@ impl Expected {
         let blacks = [0, 1, 2].map(|c| black.channels[c].values()[at]);
         let white = references.white.as_ref();
         Self {
-            x: x as u32,
-            y: y as u32,
+            at: at as u32,
             black: blacks,
             // without a white reference light may be as bright as it likes
             white: [0, 1, 2].map(|c| white.map_or(f32::MAX, |white| white[c].values()[at])),
@@ -154,6 +152,9 @@ impl Expected {
 /// Whether most of the darkest quarter differs.
 fn is_stale(looks: &mut [Look]) -> bool {
     let quarter = looks.len() / 4;
+    if 2 * looks.iter().filter(|look| look.differs).count() <= quarter {
+        return false; // not even if all of them are among the darkest
+    }
     looks.select_nth_unstable_by(quarter, |a, b| a.above.total_cmp(&b.above));
     let differ = looks[..quarter].iter().filter(|look| look.differs).count();
     2 * differ > quarter

@@ -66,6 +66,15 @@ pub enum Axis {
 impl Axis {
     /// Both directions, rows first.
     pub const BOTH: [Self; 2] = [Self::Row, Self::Column];
+
+    /// The other direction.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Row => Self::Column,
+            Self::Column => Self::Row,
+        }
+    }
 }
 
 /// The lines of one direction.

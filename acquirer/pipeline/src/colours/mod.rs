@@ -21,7 +21,7 @@ use shared::pattern::{Axis, MAX_COLOURS, Rgb};
 use super::{
     crossings::Crossings,
     gain::GainImage,
-    line_light::LineLight,
+    line_light::{LineLight, Looker},
     lines::Lines,
     response::Response,
 };
@@ -40,6 +40,8 @@ pub struct ColourSettings {
     /// Neighbouring samples along a line that share one piece of information, in camera pixels, 1 to 20:
     /// demosaicing and subsampled chroma smear colour over two to three pixels.
     pub correlation_px: f64,
+    /// Most samples of a line on either side of a crossing, 2 to 9: more of them tell dim colours better.
+    pub samples: usize,
     /// Spread of the gain around the unary grid's, 0.01 to 2.
     pub gain_spread: f64,
     /// Spread of the gain when no unary grid gives it, 0.01 to 2.
@@ -55,6 +57,7 @@ impl Default for ColourSettings {
             sample_clip_nats: 6.0,
             crossing_clip_nats: 15.0,
             correlation_px: 2.5,
+            samples: 9,
             gain_spread: 0.15,
             free_gain_spread: 0.5,
             dark_sigma: 1.0,
@@ -143,10 +146,10 @@ struct Units {
     samples: Vec<Sample>,
 }
 
-/// Samples on one arm, the first left out: more of them hardly tell more.
-const MOST_STEPS: usize = 8;
+/// Samples on one arm: more of them hardly tell more.
+const MOST_ON_ARM: usize = 9;
 /// Samples of one line at one crossing.
-const MOST_SAMPLES: usize = 2 * (MOST_STEPS + 1);
+const MOST_SAMPLES: usize = 2 * MOST_ON_ARM;
 
 impl Units {
     /// Each unit with its samples.
@@ -189,7 +192,9 @@ pub fn find_colours(
     let ColourBuffers { units, model } = buffers;
     let sampler = Sampler {
         seen,
+        looker: seen.light.looker(),
         least_step_px: settings.correlation_px.max(1.0),
+        most_steps: (settings.samples.clamp(2, MOST_ON_ARM) - 1) as f64,
     };
     let count = 2 * seen.crossings.all.len();
     units.all.clear();
@@ -207,9 +212,16 @@ pub fn find_colours(
     } else {
         settings.free_gain_spread
     };
-    let mut model = Model::new(nominal, spread, seen.light.white_is_measured, (settings, model));
+    let mut model = Model::new(
+        nominal,
+        spread,
+        seen.light.white_is_measured,
+        (settings, model),
+    );
     for _ in 0..settings.rounds.min(20) {
-        model.refine(units);
+        if !model.refine(units) {
+            break;
+        }
     }
     colours.rows.clear();
     colours.columns.clear();
@@ -233,8 +245,11 @@ pub fn nominal_response(colour: Rgb) -> [f32; 3] {
 
 struct Sampler<'a> {
     seen: &'a ColouredLines<'a>,
+    looker: Looker<'a>,
     /// Shortest distance between samples along a line, in camera pixels: nearer ones share what they tell.
     least_step_px: f64,
+    /// Most samples on an arm, less one.
+    most_steps: f64,
 }
 
 impl Sampler<'_> {
@@ -245,7 +260,7 @@ impl Sampler<'_> {
         let family = self.seen.lines.family(axis);
         let track = &family.tracks[arms.track];
         let ways = [0, 1].map(|side| (arms.outer_px[side] - arms.inner_px).max(0.0));
-        let step_px = (ways[0].max(ways[1]) / MOST_STEPS as f64).max(self.least_step_px);
+        let step_px = (ways[0].max(ways[1]) / self.most_steps).max(self.least_step_px);
         let aside = (0.25 * family.width_px).clamp(1.0, 2.0);
         let (mut count, mut clipped, mut sum) = (0, 0, Sample::default());
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
@@ -281,7 +296,8 @@ impl Sampler<'_> {
             Axis::Row => self.pixel(along, across + offset),
             Axis::Column => self.pixel(across + offset, along),
         });
-        let light = self.seen.light.mean_at(pixels);
+        let width = self.seen.light.width();
+        let light = self.looker.mean_at(pixels.map(|(x, y)| y * width + x));
         let gain = self.seen.gain.map_or(1.0, |image| {
             let sum: f32 = pixels.iter().map(|&(x, y)| image.at(x, y)).sum();
             (sum / pixels.len() as f32).clamp(0.1, 1.5)

@@ -20,6 +20,8 @@ pub(super) struct Model<'a> {
     gain_variance: f32,
     settings: &'a ColourSettings,
     buffers: &'a mut ModelBuffers,
+    /// Before the first round.
+    fresh: bool,
 }
 
 /// What the rounds keep between frames.
@@ -27,6 +29,8 @@ pub(super) struct Model<'a> {
 pub(super) struct ModelBuffers {
     /// Units whose colour is clear, and that colour.
     known: Vec<(usize, usize)>,
+    /// The same of the round before.
+    known_before: Vec<(usize, usize)>,
     lights: Vec<KnownLight>,
     /// Per colour and channel, the ratios to white of the clear units.
     ratios: [[Vec<f32>; 3]; MAX_COLOURS],
@@ -94,6 +98,7 @@ impl<'a> Model<'a> {
             gain_variance: (gain_spread * gain_spread) as f32,
             settings,
             buffers,
+            fresh: true,
         }
     }
 
@@ -210,13 +215,23 @@ impl<'a> Model<'a> {
 
     /// Medians of the ratios of the lines that clearly have a colour become that colour's response, after
     /// their light has told the crosstalk.
-    pub(super) fn refine(&mut self, units: &Units) {
+    ///
+    /// Gives whether anything may have changed.
+    pub(super) fn refine(&mut self, units: &Units) -> bool {
         let mut buffers = std::mem::take(self.buffers);
+        std::mem::swap(&mut buffers.known, &mut buffers.known_before);
         buffers.known.clear();
         let clear = units.all.iter().enumerate();
         let clear =
             clear.filter_map(|(at, unit)| Some((at, self.clear_colour(&self.weigh_mean(unit))?)));
         buffers.known.extend(clear);
+        // responses and crosstalk follow from what is known alone
+        let changed = self.fresh || buffers.known != buffers.known_before;
+        self.fresh = false;
+        if !changed {
+            *self.buffers = buffers;
+            return false;
+        }
         if self.may_unmix {
             let known = buffers.known.iter();
             let lights = known.filter_map(|&(at, colour)| self.known_light(&units.all[at], colour));
@@ -227,6 +242,7 @@ impl<'a> Model<'a> {
         self.find_ratios(units, &mut buffers);
         self.take_medians(&mut buffers);
         *self.buffers = buffers;
+        true
     }
 
     fn find_ratios(&self, units: &Units, buffers: &mut ModelBuffers) {

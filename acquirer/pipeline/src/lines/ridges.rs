@@ -42,6 +42,9 @@ const BESIDE_SHARE: f32 = 0.5;
 /// Derivatives (down the picture) or samples (along steep lines) that one thread takes at a time.
 const STRIP: usize = 48;
 
+/// Most values in one of the processor's registers.
+const MOST_LANES: usize = 16;
+
 /// What one thread works with, kept between frames.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Strip {
@@ -49,6 +52,7 @@ pub(super) struct Strip {
     sums: Vec<f32>,
     spare: Vec<f32>,
     slopes: [Vec<f32>; 2],
+    falls: Vec<usize>,
     /// Ridges and their sample along the line.
     pub(super) found: Vec<(u32, Ridge)>,
 }
@@ -171,6 +175,7 @@ impl<'a> Pass<'a> {
             smooth,
             sums,
             spare,
+            falls,
             found,
             ..
         } = strip;
@@ -189,15 +194,15 @@ impl<'a> Pass<'a> {
             box_sums(sums, spare, self.boxes.side);
             difference(&sums[self.boxes.side..], sums, &mut spare[..slopes]);
             let power = self.image.power.row(self.along.middle(sample));
-            let slopes = (&spare[..slopes - 1], &spare[1..slopes]);
-            self.falls(simd, slopes, |at, before, after| {
+            self.falls(simd, (&spare[..slopes - 1], &spare[1..slopes]), falls);
+            for &at in &*falls {
                 if self.stands_alone(at, width, |k| smooth[pad + k]) {
-                    let across = self.position(at, before, after);
+                    let across = self.position(at, spare[at], spare[at + 1]);
                     let power = power[(across as usize).min(width - 1)];
-                    let ridge = self.ridge(across, before - after, power);
+                    let ridge = self.ridge(across, spare[at] - spare[at + 1], power);
                     found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                 }
-            });
+            }
         }
     }
 
@@ -207,16 +212,17 @@ impl<'a> Pass<'a> {
         let gain = &self.image.gain;
         let samples = gain.width() / self.along.step;
         let (pad, side, reach) = (self.boxes.pad(), self.boxes.side, self.boxes.reach());
-        let falls = gain.height() + 2 * pad - reach - 1;
-        let falls = falls.saturating_sub(first).min(STRIP);
+        let rows = gain.height() + 2 * pad - reach - 1;
+        let count = rows.saturating_sub(first).min(STRIP);
         // rows above and below those of the derivatives, for what lies beside a ridge
         let margin = (self.beside[1] + 1).saturating_sub(reach / 2);
-        let rows = falls + 1 + reach + 2 * margin;
+        let rows = count + 1 + reach + 2 * margin;
         let Strip {
             smooth,
             sums,
             spare: padded,
             slopes: [upper, lower],
+            falls,
             found,
         } = strip;
         smooth.resize(rows * BLOCK, 0.0);
@@ -236,12 +242,13 @@ impl<'a> Pass<'a> {
             down_sums(inner, side);
             let row = |k: usize| &inner[k * BLOCK..(k + 1) * BLOCK];
             difference(row(side), row(0), upper);
-            for k in 0..falls {
+            for k in 0..count {
                 difference(row(k + 1 + side), row(k + 1), lower);
-                let slopes = (&upper[..columns], &lower[..columns]);
-                self.falls(simd, slopes, |column, before, after| {
+                self.falls(simd, (&upper[..columns], &lower[..columns]), falls);
+                for &column in &*falls {
                     let at = |y: usize| smooth[(y + pad + margin - first) * BLOCK + column];
                     if self.stands_alone(first + k, gain.height(), at) {
+                        let (before, after) = (upper[column], lower[column]);
                         let across = self.position(first + k, before, after);
                         let sample = block + column;
                         let power = self.image.power.row(across as usize);
@@ -249,42 +256,40 @@ impl<'a> Pass<'a> {
                         let ridge = self.ridge(across, before - after, power);
                         found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                     }
-                });
+                }
                 std::mem::swap(upper, lower);
             }
         }
     }
 
-    /// Calls `at` where the derivative falls through zero, from `before` to `after`, steeply enough for a weak ridge.
+    /// Notes where the derivative falls through zero, from `before` to `after`, steeply enough for a weak ridge.
     #[inline(always)]
-    fn falls<S: Simd>(
-        &self,
-        simd: S,
-        (before, after): (&[f32], &[f32]),
-        mut at: impl FnMut(usize, f32, f32),
-    ) {
-        let fall = simd.splat_f32s(self.least_fall);
+    fn falls<S: Simd>(&self, simd: S, (before, after): (&[f32], &[f32]), falls: &mut Vec<usize>) {
+        let least = simd.splat_f32s(self.least_fall);
         let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
         let (befores, rest) = S::as_simd_f32s(before);
         let (afters, _) = S::as_simd_f32s(after);
         let lanes = S::F32_LANES;
-        let mut look = |k: usize| {
-            let (before, after) = (before[k], after[k]);
-            if before > 0.0 && after <= 0.0 && before - after > self.least_fall {
-                at(k, before, after);
-            }
-        };
+        falls.clear();
         for (n, (&before, &after)) in befores.iter().zip(afters).enumerate() {
-            let steep = simd.greater_than_f32s(simd.sub_f32s(before, after), fall);
+            let steep = simd.greater_than_f32s(simd.sub_f32s(before, after), least);
             let rises = simd.greater_than_f32s(before, zero);
-            let falls = simd.less_than_or_equal_f32s(after, zero);
-            let ridges = simd.and_m32s(rises, simd.and_m32s(falls, steep));
+            let sinks = simd.less_than_or_equal_f32s(after, zero);
+            let ridges = simd.and_m32s(rises, simd.and_m32s(sinks, steep));
+            let marks = simd.select_f32s(ridges, one, zero);
             // hardly any pixel is on a ridge
-            if simd.reduce_max_f32s(simd.select_f32s(ridges, one, zero)) > 0.0 {
-                (n * lanes..(n + 1) * lanes).for_each(&mut look);
+            if simd.reduce_max_f32s(marks) > 0.0 {
+                let mut marked = [0.0; MOST_LANES];
+                simd.partial_store_f32s(&mut marked[..lanes], marks);
+                let on = (0..lanes).filter(|&lane| marked[lane] > 0.0);
+                falls.extend(on.map(|lane| n * lanes + lane));
             }
         }
-        (before.len() - rest.len()..before.len()).for_each(look);
+        let is_fall = |&k: &usize| {
+            let (before, after) = (before[k], after[k]);
+            before > 0.0 && after <= 0.0 && before - after > self.least_fall
+        };
+        falls.extend((before.len() - rest.len()..before.len()).filter(is_fall));
     }
 
     /// Position of a fall across, in the image's pixels, edge coordinates.

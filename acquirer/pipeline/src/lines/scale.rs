@@ -19,7 +19,7 @@ use crate::{
 /// From one scale to the next.
 const STEP: f64 = 1.25;
 /// Stripes looked at per family, spread over the picture.
-const STRIPES: usize = 8;
+const STRIPES: usize = 6;
 /// Their thickness, in camera pixels.
 const THICK_PX: usize = 2;
 /// Widest line that is looked for before the resolution is halved, in the profile's pixels.

@@ -1,0 +1,127 @@
+//! Which lines meet, roughly where, and in which order along each line.
+
+use rayon::prelude::*;
+use shared::{geometry::CameraPixel, pattern::Axis};
+
+use super::{Arms, Crossing, Crossings};
+use crate::lines::{Lines, Track};
+
+/// How far lines are prolonged to meet another, in pixels beyond the other line's half width.
+const PROLONG_PX: f64 = 3.0;
+
+/// Rough intersections of all tracks.
+pub(super) fn meetings(lines: &Lines) -> Vec<Crossing> {
+    let beyond = [
+        0.5 * lines.columns.width_px + PROLONG_PX,
+        0.5 * lines.rows.width_px + PROLONG_PX,
+    ];
+    let row_spans: Vec<(f32, f32)> = lines.rows.tracks.iter().map(Track::span).collect();
+    let found: Vec<Vec<Crossing>> = lines
+        .columns
+        .tracks
+        .par_iter()
+        .enumerate()
+        .map(|(c, column)| {
+            let span = column.span();
+            let mut found = Vec::new();
+            for (r, row) in lines.rows.tracks.iter().enumerate() {
+                let margin = beyond[0].max(beyond[1]) as f32;
+                if apart((column, span), (row, row_spans[r]), margin) {
+                    continue;
+                }
+                if let Some(centre) = meet(column, row, beyond) {
+                    found.push(rough(centre, r, c));
+                }
+            }
+            found
+        })
+        .collect();
+    found.into_iter().flatten().collect()
+}
+
+fn rough(centre: CameraPixel, row: usize, column: usize) -> Crossing {
+    let arms = |track| Arms {
+        track,
+        ..Arms::default()
+    };
+    Crossing {
+        centre,
+        row: arms(row),
+        column: arms(column),
+    }
+}
+
+/// Whether the rectangles around two tracks keep more than `margin` pixels between them.
+fn apart((column, x): (&Track, (f32, f32)), (row, y): (&Track, (f32, f32)), margin: f32) -> bool {
+    let beyond = |span: (f32, f32), (from, to): (f64, f64)| {
+        span.1 < from as f32 - margin || span.0 > to as f32 + margin
+    };
+    beyond(x, row.stretch_px()) || beyond(y, column.stretch_px())
+}
+
+/// Where two tracks meet, by going from one to the other in turn.
+fn meet(column: &Track, row: &Track, [row_beyond, column_beyond]: [f64; 2]) -> Option<CameraPixel> {
+    const ROUNDS: usize = 20;
+    const SETTLED_PX: f64 = 0.02;
+    let clamp =
+        |v: f64, track: &Track| v.clamp(track.along(0), track.along(track.across.len() - 1));
+    let middle_x = clamp(f64::from(column.across[column.across.len() / 2]), row);
+    let mut y = clamp(row.at(middle_x, row_beyond)?, column);
+    for _ in 0..ROUNDS {
+        let x = column.at(y, column_beyond)?;
+        let on_row = row.at(clamp(x, row), row_beyond)?;
+        let next = clamp(on_row, column);
+        if (next - y).abs() < SETTLED_PX {
+            let x = column.at(next, column_beyond)?;
+            let y = row.at(x, row_beyond)?;
+            let x = column.at(y, column_beyond)?;
+            return Some(CameraPixel::new(x, y));
+        }
+        y = 0.5 * (y + next); // halves the step so that steep pairs settle too
+    }
+    None
+}
+
+/// Sorts the crossings along each track and leaves out all but one of those that coincide.
+pub(super) fn order(crossings: &mut Crossings, lines: &Lines) {
+    const SAME_PX: f64 = 2.0;
+    for axis in Axis::BOTH {
+        let mut on = sorted(crossings, lines, axis);
+        let mut double = vec![false; crossings.all.len()];
+        let length = |k: usize| {
+            let other = axis.other();
+            let track = crossings.all[k].arms(other).track;
+            lines.family(other).tracks[track].across.len()
+        };
+        for track in &mut on {
+            for pair in 1..track.len() {
+                let (a, b) = (track[pair - 1], track[pair]);
+                let distance = crossings.all[b].along(axis) - crossings.all[a].along(axis);
+                if distance < SAME_PX {
+                    double[if length(a) < length(b) { a } else { b }] = true;
+                }
+            }
+        }
+        let mut at = 0;
+        crossings.all.retain(|_| {
+            at += 1;
+            !double[at - 1]
+        });
+    }
+    crossings.on_rows = sorted(crossings, lines, Axis::Row);
+    crossings.on_columns = sorted(crossings, lines, Axis::Column);
+}
+
+fn sorted(crossings: &Crossings, lines: &Lines, axis: Axis) -> Vec<Vec<usize>> {
+    let mut on = vec![Vec::new(); lines.family(axis).tracks.len()];
+    for (k, crossing) in crossings.all.iter().enumerate() {
+        on[crossing.arms(axis).track].push(k);
+    }
+    for track in &mut on {
+        track.sort_by(|&a, &b| {
+            let along = |k: usize| crossings.all[k].along(axis);
+            along(a).total_cmp(&along(b)).then(a.cmp(&b))
+        });
+    }
+    on
+}

@@ -233,6 +233,10 @@ pub(super) fn follow(
         track_taken.resize(growing.len(), false);
         ridge_taken.clear();
         ridge_taken.resize(row.len(), false);
+        if any_conflict(&pairs, &mut ridge_taken) {
+            pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        }
+        ridge_taken.fill(false);
         for &(_, track, ridge) in &pairs {
             if !track_taken[track] && !ridge_taken[ridge] {
                 (track_taken[track], ridge_taken[ridge]) = (true, true);
@@ -276,7 +280,13 @@ struct Gate {
     spacing_px: f32,
 }
 
-/// Tracks and ridges near each other, nearest pairs first.
+/// Whether two pairs share a track or a ridge; pairs come track by track. `seen` has a place for each ridge.
+fn any_conflict(pairs: &[(f32, usize, usize)], seen: &mut [bool]) -> bool {
+    let twice = |&(_, _, ridge): &(f32, usize, usize)| std::mem::replace(&mut seen[ridge], true);
+    pairs.windows(2).any(|pair| pair[0].1 == pair[1].1) || pairs.iter().any(twice)
+}
+
+/// Tracks and ridges near each other, track by track.
 fn candidates(
     (growing, row): (&[Growing], &[Ridge]),
     along: usize,
@@ -301,5 +311,4 @@ fn candidates(
             }
         }
     }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
 }

@@ -247,11 +247,34 @@ struct Mean {
 /// The squared error of one channel's light above black, for a capture of half of white's light:
 /// `floor + of_black K + of_white s + of_square s^2`.
 #[derive(Debug, Clone, Copy)]
-struct ChannelError {
+pub(crate) struct ChannelError {
     floor: f32,
     of_black: f32,
     of_white: f32,
     of_square: f32,
+}
+
+impl ChannelError {
+    /// For channel `c` with the noise law `floor + growth x light`; black was captured 1 / `black_share` times.
+    pub(crate) fn new(
+        c: usize,
+        (floor, growth): (f32, f32),
+        black_share: f32,
+        settings: &GainSettings,
+    ) -> Self {
+        Self {
+            floor: floor * (1.0 + black_share),
+            of_black: growth * (1.0 + black_share),
+            of_white: 0.5 * growth,
+            of_square: (BAYER_ERROR[c] * settings.channel_error).powi(2) as f32,
+        }
+    }
+
+    /// Where black gives `k` and white adds `s`.
+    #[inline(always)]
+    pub(crate) fn squared(&self, k: f32, s: f32) -> f32 {
+        self.floor + self.of_black * k + (self.of_white + self.of_square * s) * s
+    }
 }
 
 impl GainFilter {
@@ -265,11 +288,8 @@ impl GainFilter {
         Self {
             colours: colours.iter().map(|&c| [c, c.map(|v| v * v)]).collect(),
             shrink: settings.shrink.max(1e-6) as f32,
-            channels: std::array::from_fn(|c| ChannelError {
-                floor: noise.floor[c] * (1.0 + black_share),
-                of_black: noise.growth[c] * (1.0 + black_share),
-                of_white: 0.5 * noise.growth[c],
-                of_square: (BAYER_ERROR[c] * settings.channel_error).powi(2) as f32,
+            channels: std::array::from_fn(|c| {
+                ChannelError::new(c, (noise.floor[c], noise.growth[c]), black_share, settings)
             }),
         }
     }

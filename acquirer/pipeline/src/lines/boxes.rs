@@ -12,6 +12,13 @@ pub(super) struct Boxes {
 }
 
 impl Boxes {
+    /// For lines of this width, in pixels.
+    pub(super) fn for_width(width_px: f64) -> Self {
+        Self {
+            side: (width_px.round() as usize).max(2),
+        }
+    }
+
     /// Pixels that a value of the derivative looks at, less one.
     pub(super) fn reach(self) -> usize {
         3 * self.side - 2

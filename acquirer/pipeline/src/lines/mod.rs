@@ -11,6 +11,7 @@
 mod along;
 mod boxes;
 mod join;
+mod limit;
 mod ridge_rows;
 mod ridges;
 mod scale;
@@ -19,6 +20,7 @@ mod tracks;
 use serde::{Deserialize, Serialize};
 use shared::pattern::Axis;
 
+pub(crate) use limit::{FULL_STRENGTH, RidgeLimit};
 pub use ridges::Ridge;
 pub use tracks::Track;
 

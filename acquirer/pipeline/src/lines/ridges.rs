@@ -11,6 +11,7 @@ use super::{
     LineSettings, Sampling,
     along::AlongKernel,
     boxes::{BLOCK, Boxes, box_sums, down_sums},
+    limit::{RidgeLimit, strength_per_fall},
     ridge_rows::{Lattice, RidgeRows},
 };
 use crate::gain::GainImage;
@@ -26,11 +27,6 @@ pub struct Ridge {
     pub strong: bool,
 }
 
-/// Strength of a line of gain 1 as wide as the boxes: the cubic spline's bend, 2 / side^2, times the variance.
-const FULL_STRENGTH: f32 = 0.5;
-/// Demosaicing and JPEG correlate neighbouring pixels: their noise survives smoothing about so many times
-/// better than independent noise would.
-const CORRELATED: f32 = 2.0;
 /// A ridge that continues a track may have this share of the strength of one that begins it.
 pub(super) const WEAK_SHARE: f32 = 0.5;
 
@@ -127,42 +123,31 @@ impl WithSimd for StripPass<'_> {
 struct Pass<'a> {
     image: &'a GainImage,
     family: Axis,
-    shrink: f32,
     boxes: Boxes,
     along: AlongKernel,
+    limit: RidgeLimit,
     /// Smallest fall of the raw derivative that may be a ridge.
     least_fall: f32,
-    /// From a fall of the raw derivative to the strength.
     strength_per_fall: f32,
-    noise: f32,
-    least: f32,
     /// Distances at which it must be dark beside a ridge, in the image's pixels.
     beside: [usize; 2],
 }
 
 impl<'a> Pass<'a> {
     fn new(image: &'a GainImage, search: &Search<'_>, sampling: &Sampling) -> Self {
-        let settings = search.settings;
         let width = search.width_px / sampling.bin as f64;
-        let boxes = Boxes {
-            side: (width.round() as usize).max(2),
-        };
-        let along = AlongKernel {
-            step: sampling.step,
-        };
-        let strength_per_fall = boxes.variance() / (boxes.weight() * along.weight());
-        let least = settings.share_of_full as f32 * FULL_STRENGTH;
-        let noise = strength_per_fall * boxes.noise() * along.noise();
+        let (boxes, step) = (Boxes::for_width(width), sampling.step);
+        let along = AlongKernel { step };
+        let limit = RidgeLimit::new(width, step, search.shrink, search.settings);
+        let strength_per_fall = strength_per_fall(boxes, along);
         Self {
             image,
             family: search.family,
-            shrink: search.shrink,
             boxes,
             along,
-            least_fall: WEAK_SHARE * least / strength_per_fall,
+            limit,
+            least_fall: WEAK_SHARE * limit.least / strength_per_fall,
             strength_per_fall,
-            noise: CORRELATED * settings.noise_sigma as f32 * noise,
-            least,
             beside: BESIDE_WIDTHS.map(|widths| (widths * width).round() as usize),
         }
     }
@@ -319,11 +304,11 @@ impl<'a> Pass<'a> {
     #[inline(always)]
     fn ridge(&self, across: f32, fall: f32, power: f32) -> Option<Ridge> {
         let strength = self.strength_per_fall * fall;
-        let noise = self.noise * power.sqrt() / (power + self.shrink);
+        let noise = self.limit.above_noise(power);
         (strength > WEAK_SHARE * noise).then(|| Ridge {
             across: across * self.image.bin as f32,
             strength,
-            strong: strength > self.least.max(noise),
+            strong: strength > self.limit.strength(power),
         })
     }
 }

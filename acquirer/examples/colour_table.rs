@@ -13,13 +13,13 @@ use std::{fmt::Write, fs};
 
 use acquirer::pipeline::{
     Method, Projected,
-    colour_choice::{ColourSelection, ColourSet, ColourTrial, choose_colours},
+    colour_choice::{ColourSelection, ColourSet, choose_colours},
 };
 use anyhow::{Context, Result};
-use rig_tests::measure::{Reading, Repeats, SimulatedScan, Sum, in_repository, shipped_scenes};
+use rig_tests::measure::{Reading, Repeats, SimulatedScan, Sum, colour_trial, in_repository, shipped_scenes};
 use shared::{
-    pattern::{Axis, Grid, GridSettings, Palette, Pattern, Rgb},
-    simulation::{Room, Scene},
+    pattern::{Axis, Grid, GridSettings, Rgb},
+    simulation::Scene,
     stage::Stage,
 };
 
@@ -75,31 +75,11 @@ fn main() -> Result<()> {
 
 /// The choice on the scene with its object, the fixed set being in use.
 fn choose(scene: &Scene) -> Result<ColourSelection> {
-    let room = Room::new(scene, Stage::Object);
-    let pattern = GridSettings::default();
-    let mut number = 0;
-    let mut shoot = |pattern: &Pattern| {
-        number += 1;
-        let light = scene.project(&pattern.raster(scene.projector_size()));
-        room.render(&light, number)
-    };
-    let palette = Palette::default();
-    let trial = ColourTrial {
-        black: (0..2).map(|_| shoot(&Pattern::BLACK)).collect(),
-        white: (0..2).map(|_| shoot(&Pattern::WHITE)).collect(),
-        shots: palette
-            .colours()
-            .iter()
-            .map(|entry| {
-                let grid = pattern.coded.unary(entry.colour);
-                (entry.clone(), shoot(&grid.into()))
-            })
-            .collect(),
-    };
     let projected = Projected {
-        pattern,
+        pattern: GridSettings::default(),
         raster: scene.projector_size(),
     };
+    let trial = colour_trial(scene, Stage::Object, &projected.pattern.coded);
     Ok(choose_colours(&trial, &projected, Some(FIXED))?)
 }
 

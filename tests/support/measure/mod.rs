@@ -4,11 +4,14 @@ mod simulated;
 
 mod conditions;
 
+mod trial;
+
 mod reading;
 
 mod sweep;
 
 pub use conditions::{Condition, Group, Sweep, in_repository, shipped_scenes};
 pub use reading::{Reading, Sum, cpu_time};
-pub use simulated::{Repeats, SimulatedScan};
+pub use simulated::{Repeats, SimulatedScan, scene_of_camera};
 pub use sweep::{Row, SweepTable, run_sweep};
+pub use trial::colour_trial;

@@ -79,21 +79,13 @@ impl SimulatedScan {
     ///
     /// # Errors
     /// A scene file that is not there.
-    pub fn of_camera((width, height): (u32, u32)) -> anyhow::Result<Self> {
-        let scale = f64::from(width) / 640.0;
-        let condition: Condition = toml::from_str(&format!(
-            "name = \"\"\n[set]\n\"camera.width\" = {width}\n\"camera.height\" = {height}\n\
-             \"camera.focal_px\" = [{focal:?}, {focal:?}]\n\"camera.centre_px\" = [{x:?}, {y:?}]\n",
-            focal = 690.0 * scale,
-            x = 324.3 * scale,
-            y = f64::from(height) / 2.0 - 3.1 * scale,
-        ))?;
+    pub fn of_camera(size: (u32, u32)) -> anyhow::Result<Self> {
         let repeats = Repeats {
             references: 2,
             coded: 1,
             unary: 0,
         };
-        let scene = condition.scene("cube", &toml::Table::new())?;
+        let scene = scene_of_camera("cube", size)?;
         Ok(Self::record(&scene, &GridSettings::default(), repeats))
     }
 
@@ -124,6 +116,22 @@ impl SimulatedScan {
         write_truth_csv(&self.truth, fs::File::create(dir.join("truth.csv"))?)?;
         Ok(())
     }
+}
+
+/// A shipped scene, seen by a camera of this size with the shipped camera's field across.
+///
+/// # Errors
+/// A scene file that is not there.
+pub fn scene_of_camera(name: &str, (width, height): (u32, u32)) -> anyhow::Result<Scene> {
+    let scale = f64::from(width) / 640.0;
+    let condition: Condition = toml::from_str(&format!(
+        "name = \"\"\n[set]\n\"camera.width\" = {width}\n\"camera.height\" = {height}\n\
+         \"camera.focal_px\" = [{focal:?}, {focal:?}]\n\"camera.centre_px\" = [{x:?}, {y:?}]\n",
+        focal = 690.0 * scale,
+        x = 324.3 * scale,
+        y = f64::from(height) / 2.0 - 3.1 * scale,
+    ))?;
+    condition.scene(name, &toml::Table::new())
 }
 
 fn captures(scene: &Scene, room: &Room, pattern: &GridSettings, repeats: Repeats) -> Captures {

@@ -1,14 +1,16 @@
-//! From the frames of a trial to the sets of four in order; its time is measured by the benchmark `colour_choice`.
+//! From the thinned frames of a trial to the sets of four in order.
 
 use shared::pattern::Rgb;
 
 use super::{
-    ColourTrial, Shots,
+    histograms::Optics,
     noise::NoiseLaw,
     responses::Responses,
     samples::Places,
     separability::{Predicted, predict},
     sets::{Set, rank},
+    thin::ThinTrial,
+    visibility::Visibility,
 };
 
 /// The sets of colours in order, and what the order rests on.
@@ -25,15 +27,23 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    pub(super) fn new(trial: &ColourTrial, shots: &[Shots<'_>]) -> Self {
-        let colours: Vec<Rgb> = shots.iter().map(|shot| shot.entry.colour).collect();
-        let places = Places::new(trial, shots);
+    /// `line_px` is the width of the coded grid's lines in camera px.
+    pub(super) fn new(trial: &ThinTrial, colours: &[Rgb], line_px: f64) -> Self {
+        let places = Places::new(trial);
         let noise = NoiseLaw::new(trial);
-        let responses = Responses::new(&places, &colours, noise);
+        let responses = Responses::new(&places, colours, noise);
+        let predict = |places: &Places, responses: &Responses, noise: NoiseLaw| {
+            let optics = Optics {
+                responses,
+                noise,
+                visibility: &Visibility::new(colours, line_px, trial.black.len(), noise),
+            };
+            predict(places, optics)
+        };
         let seen = predict(&places, &responses, noise).filter(|_| responses.measured);
         let measured = seen.is_some();
         let predicted = seen.unwrap_or_else(|| {
-            let nominal = Responses::nominal(&colours);
+            let nominal = Responses::nominal(colours);
             let mut predicted =
                 predict(&Places::grey_wall(), &nominal, NoiseLaw::COMMON).unwrap_or_default();
             predicted.tiles.fill(None);

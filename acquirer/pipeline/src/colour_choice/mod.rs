@@ -11,6 +11,8 @@
 //! It fails quietly when the scene changes between the shots, or when the shots show something other than
 //! the grid in the colours they name.
 
+mod thin;
+
 mod samples;
 
 mod noise;
@@ -18,6 +20,10 @@ mod noise;
 mod responses;
 
 mod distances;
+
+mod visibility;
+
+mod histograms;
 
 mod separability;
 
@@ -33,12 +39,13 @@ mod select;
 
 use image::RgbImage;
 use serde::{Deserialize, Serialize};
-use shared::pattern::{NamedColour, PALETTE_SIZE, Rgb};
+use shared::pattern::{Axis, NamedColour, PALETTE_SIZE, RasterSize, Rgb};
 
 use super::{PipelineError, Projected, check_sizes};
 use judge::Judged;
 use recovery::recover;
 use select::Evidence;
+use thin::ThinTrial;
 
 /// Width and height of the scene in tiles, for scores by region.
 pub const TILES: (usize, usize) = (4, 3);
@@ -184,26 +191,29 @@ pub fn choose_colours(
 ) -> Result<ColourSelection, PipelineError> {
     let shots = shots_by_colour(trial)?;
     check_sizes(trial.named())?;
-    let judged = Judged::new(trial, &shots);
-    let recovered = recover(trial, &shots);
+    let thinned = ThinTrial::new(trial, &shots);
+    let colours: Vec<Rgb> = shots.iter().map(|shot| shot.entry.colour).collect();
     let evidence = Evidence {
         trial,
+        judged: Judged::new(&thinned, &colours, line_px(&shots, projected)),
+        recovered: recover(&thinned, &colours),
         shots,
-        judged,
-        recovered,
     };
     Ok(evidence.select(&projected.pattern.coded, projected.raster, current))
 }
 
-/// How well each pair of colours is told apart on this scene, in the order in which the colours first come
-/// in the shots.
-///
-/// # Errors
-/// As [`choose_colours`].
-pub fn measure_separability(trial: &ColourTrial) -> Result<Separability, PipelineError> {
-    let shots = shots_by_colour(trial)?;
-    check_sizes(trial.named())?;
-    Ok(Judged::new(trial, &shots).predicted.separability)
+/// Width of the coded grid's narrower lines in camera px, as if the camera saw the projector's picture and no more.
+fn line_px(shots: &[Shots<'_>], projected: &Projected) -> f64 {
+    let (width, height) = shots[0].frames[0].dimensions();
+    let RasterSize {
+        width: across,
+        height: down,
+    } = projected.raster;
+    let across = f64::from(width) / f64::from(across.max(1));
+    let down = f64::from(height) / f64::from(down.max(1));
+    let grid = &projected.pattern.coded;
+    let narrower = Axis::BOTH.map(|axis| grid.width_px(axis)).into_iter().min();
+    f64::from(narrower.unwrap_or(1)) * across.min(down)
 }
 
 fn shots_by_colour(trial: &ColourTrial) -> Result<Vec<Shots<'_>>, PipelineError> {

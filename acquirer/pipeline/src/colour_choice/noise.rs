@@ -7,8 +7,8 @@
 use image::RgbImage;
 
 use super::{
-    ColourTrial,
-    samples::{lattice, linear},
+    samples::{CLIPPED, linear},
+    thin::ThinTrial,
 };
 
 /// Bins of light between black and full scale.
@@ -37,7 +37,7 @@ impl NoiseLaw {
         measured: false,
     };
 
-    pub(super) fn new(trial: &ColourTrial) -> Self {
+    pub(super) fn new(trial: &ThinTrial) -> Self {
         let mut bins = [(0.0, 0.0, 0.0); BINS];
         for frames in [&trial.black, &trial.white] {
             for pair in frames.windows(2) {
@@ -55,19 +55,17 @@ impl NoiseLaw {
 
 /// Adds the samples of two repeats: count, sum of light, sum of variance.
 fn add_pair(bins: &mut [(f64, f64, f64); BINS], a: &RgbImage, b: &RgbImage) {
-    for (x, y) in lattice(a.width(), a.height()) {
-        for (p, q) in a.get_pixel(x, y).0.into_iter().zip(b.get_pixel(x, y).0) {
-            // a clipped byte does not fluctuate
-            if p.max(q) >= 250 {
-                continue;
-            }
-            let (p, q) = (f64::from(linear(p)), f64::from(linear(q)));
-            let light = (p + q) / 2.0;
-            let bin = &mut bins[((light * BINS as f64) as usize).min(BINS - 1)];
-            bin.0 += 1.0;
-            bin.1 += light;
-            bin.2 += (p - q) * (p - q) / 2.0;
+    for (&p, &q) in a.as_raw().iter().zip(b.as_raw()) {
+        // a clipped byte does not fluctuate
+        if p.max(q) >= CLIPPED {
+            continue;
         }
+        let (p, q) = (f64::from(linear(p)), f64::from(linear(q)));
+        let light = (p + q) / 2.0;
+        let bin = &mut bins[((light * BINS as f64) as usize).min(BINS - 1)];
+        bin.0 += 1.0;
+        bin.1 += light;
+        bin.2 += (p - q) * (p - q) / 2.0;
     }
 }
 

@@ -7,7 +7,8 @@ use super::{
     judge::Judged,
     reasons::{Grounds, sentences},
     recovery::Recovered,
-    sets::{Set, is_worth_changing, members_of, symbol_order},
+    separability::Errors,
+    sets::{Set, expected_error, is_worth_changing, members_of, symbol_order},
 };
 
 /// How many sets the ranking holds.
@@ -156,19 +157,18 @@ impl Evidence<'_> {
         let (width, height) = self.shots[0].frames[0].dimensions();
         let edge = |k: usize, tiles: usize, length: u32| (k * length as usize / tiles) as u32;
         let predicted = &self.judged.predicted;
-        let tile = |(n, tile): (usize, &Option<super::Separability>)| {
+        let tile = |(n, tile): (usize, &Option<Errors>)| {
             let (column, row) = (n % TILES.0, n / TILES.0);
             let (x_px, y_px) = (edge(column, TILES.0, width), edge(row, TILES.1, height));
-            let seen = |s: &super::Separability| s.dark_error.iter().map(|e| 1.0 - e).collect();
+            let error = |tile: &Errors| expected_error(set.members, &tile.pairs, &tile.dark);
+            let seen = |tile: &Errors| tile.dark.iter().map(|lost| 1.0 - lost).collect();
             TileScore {
                 x_px,
                 y_px,
                 width_px: edge(column + 1, TILES.0, width) - x_px,
                 height_px: edge(row + 1, TILES.1, height) - y_px,
                 lit: predicted.lit[n],
-                expected_error: tile
-                    .as_ref()
-                    .map(|separability| Set::new(set.members, separability).error.min(1.0)),
+                expected_error: tile.as_ref().map(|tile| error(tile).min(1.0)),
                 seen: tile.as_ref().map_or_else(Vec::new, seen),
             }
         };

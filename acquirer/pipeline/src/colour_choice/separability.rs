@@ -2,48 +2,31 @@
 //!
 //! Takes the places of a trial with the responses and the noise law. For each place the mean and the
 //! variance of every colour's light follow (`distances`), and from them the Mahalanobis distance d between
-//! two colours; a reader with a reference mistakes one for the other with probability Q(d/2). Gives the mean of
-//! Q over the scene, its mean by tile, and the distance that nine tenths of the surface exceed. Channels
-//! are taken as independent, which a Bayer mosaic and JPEG make optimistic: good for ranking.
-
-use rayon::prelude::*;
-use shared::pattern::PALETTE_SIZE;
+//! two colours; a reader with a reference mistakes one for the other with probability Q(d/2), and loses a line
+//! whose gain stands m standard deviations above the line finder's limit (`visibility`) with probability Q(m).
+//! Gives the mean of Q over the scene, its mean by tile, and the distance that nine tenths of the surface exceed.
+//! Channels are taken as independent, which a Bayer mosaic and JPEG make optimistic: good for ranking.
 
 use super::{
     Separability, TILES,
-    distances::{DARK, LANES, PAIRS, pair_number, squared_distances},
-    noise::NoiseLaw,
-    responses::{Responses, is_lit},
+    distances::pair_number,
+    histograms::{
+        Histograms, Optics, sum_of_errors, sum_of_losses, tenth_dark_distance, tenth_distance,
+    },
+    responses::is_lit,
     samples::{Place, Places},
 };
 
-/// Most places that are predicted.
-const SAMPLES: usize = 5000;
-/// Tiles of the scene; each is one parallel piece, so that sums come out the same on any number of threads.
+/// Tiles of the scene.
 const REGIONS: usize = TILES.0 * TILES.1;
-/// Steps per standard deviation in the tables of distance.
-const STEPS: f32 = 8.0;
-/// Entries of these tables: up to 16 standard deviations.
-const ENTRIES: usize = 128;
-/// RMS error of a line's middle, in px, at a signal-to-noise ratio of 1 with 1 px of blur.
-const LINE_ERROR_PX: f32 = 1.3;
-
-/// Sums over the places of a tile, by pair of classes.
-struct Sums {
-    error: [f64; PAIRS],
-    count: usize,
-    /// How often each distance occurs, [`ENTRIES`] for each pair.
-    distances: Vec<u32>,
-    squared_line_error: [f64; PALETTE_SIZE],
-}
 
 /// What the scene will do to the colours.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Predicted {
     /// Averages over the scene.
     pub separability: Separability,
-    /// The same by tile, `None` where no light arrives.
-    pub tiles: Vec<Option<Separability>>,
+    /// Averages by tile, `None` where no light arrives.
+    pub tiles: Vec<Option<Errors>>,
     /// Predicted RMS error of a unary line in each colour, camera px.
     pub line_error_px: Vec<f64>,
     /// Share of the places, by tile, that projected light reaches.
@@ -51,161 +34,109 @@ pub(super) struct Predicted {
 }
 
 /// Predicts distances and errors; `None` when no place is lit.
-pub(super) fn predict(
-    places: &Places,
-    responses: &Responses,
-    noise: NoiseLaw,
-) -> Option<Predicted> {
+pub(super) fn predict(places: &Places, optics: Optics<'_>) -> Option<Predicted> {
     let mut by_tile: [Vec<&Place>; REGIONS] = Default::default();
     let mut all = [0_usize; REGIONS];
     for place in &places.places {
         all[place.tile] += 1;
-        if is_lit(place, noise) {
+        if is_lit(place, optics.noise) {
             by_tile[place.tile].push(place);
         }
     }
-    let lit: usize = by_tile.iter().map(Vec::len).sum();
-    if lit == 0 {
+    if by_tile.iter().all(Vec::is_empty) {
         return None;
     }
-    let table = error_table();
-    let step = lit.div_ceil(SAMPLES);
-    let tiles: Vec<Sums> = by_tile
-        .par_iter()
-        .map(|lit| {
-            let chosen: Vec<&Place> = lit.iter().step_by(step).copied().collect();
-            Sums::new(&chosen, responses, noise, &table)
-        })
-        .collect();
+    let histograms = by_tile.iter().map(|lit| Histograms::new(lit, optics));
+    let histograms: Vec<Histograms> = histograms.collect();
+    let colours = optics.responses.r.len();
     let share = |(lit, all): (&Vec<&Place>, usize)| lit.len() as f64 / all.max(1) as f64;
-    let lit = by_tile.iter().zip(all).map(share).collect();
-    Some(predicted(&tiles, responses.r.len(), lit))
+    let errors = |tile: &Histograms| (tile.places > 0).then(|| Errors::new(tile, colours));
+    let tiles: Vec<_> = histograms.iter().map(errors).collect();
+    Some(Predicted {
+        separability: separability(&tiles, &histograms, colours),
+        line_error_px: line_errors(&histograms, colours),
+        tiles,
+        lit: by_tile.iter().zip(all).map(share).collect(),
+    })
 }
 
-impl Sums {
-    fn new(
-        places: &[&Place],
-        responses: &Responses,
-        noise: NoiseLaw,
-        table: &[f32; ENTRIES],
-    ) -> Self {
-        let mut sums = Self {
-            error: [0.0; PAIRS],
-            count: places.len(),
-            distances: vec![0; PAIRS * ENTRIES],
-            squared_line_error: [0.0; PALETTE_SIZE],
-        };
-        for places in places.chunks(LANES) {
-            let squared = squared_distances(places, responses, noise);
-            sums.add(&squared, places.len(), table);
-        }
-        sums
-    }
+/// How often colours are mistaken or not seen in a tile, on average.
+#[derive(Debug, Clone)]
+pub(super) struct Errors {
+    /// Probability that a pixel of one is nearer to the other, by pair.
+    pub pairs: Vec<Vec<f64>>,
+    /// Probability that a line is lost.
+    pub dark: Vec<f64>,
+}
 
-    fn add(&mut self, squared: &[[f32; LANES]; PAIRS], count: usize, table: &[f32; ENTRIES]) {
-        let histograms = self.distances.chunks_exact_mut(ENTRIES);
-        for ((squared, histogram), sum) in squared.iter().zip(histograms).zip(&mut self.error) {
-            let entries = squared.map(|s| (s.sqrt() * STEPS).min(ENTRIES as f32 - 1.0) as i32);
-            let mut error = 0.0;
-            for entry in &entries[..count] {
-                let entry = *entry as usize % ENTRIES;
-                error += table[entry];
-                histogram[entry] += 1;
-            }
-            *sum += f64::from(error);
-        }
-        for (k, sum) in self.squared_line_error.iter_mut().enumerate() {
-            for squared in &squared[pair_number(k, DARK)][..count] {
-                let error = LINE_ERROR_PX / squared.sqrt().max(LINE_ERROR_PX);
-                *sum += f64::from(error * error);
-            }
+impl Errors {
+    /// For a tile that is not empty.
+    fn new(tile: &Histograms, colours: usize) -> Self {
+        let places = tile.places as f64;
+        let pair = |a, b| sum_of_errors(&tile.distances[pair_number(a, b)]) / places;
+        let lost = |k: usize| sum_of_losses(&tile.margins[k]) / places;
+        Self {
+            pairs: square(colours, pair),
+            dark: (0..colours).map(lost).collect(),
         }
     }
 }
 
-fn predicted(tiles: &[Sums], colours: usize, lit: Vec<f64>) -> Predicted {
-    let all: usize = tiles.iter().map(|tile| tile.count).sum();
-    let error = |pair: usize| tiles.iter().map(|t| t.error[pair]).sum::<f64>() / all as f64;
-    let line_error = |k: usize| {
-        let sum: f64 = tiles.iter().map(|t| t.squared_line_error[k]).sum();
-        (sum / all as f64).sqrt()
-    };
-    let tile = |tile: &Sums| {
-        let error = |pair: usize| tile.error[pair] / tile.count as f64;
-        (tile.count > 0).then(|| table_of(colours, error, |_| 0.0))
-    };
-    Predicted {
-        separability: table_of(colours, error, |pair| tenth_percentile(tiles, pair, all)),
-        tiles: tiles.iter().map(tile).collect(),
-        line_error_px: (0..colours).map(line_error).collect(),
-        lit,
-    }
-}
-
-fn tenth_percentile(tiles: &[Sums], pair: usize, all: usize) -> f64 {
-    let mut below = 0;
-    for entry in 0..ENTRIES {
-        let at = pair * ENTRIES + entry;
-        below += tiles
-            .iter()
-            .map(|t| t.distances[at] as usize)
-            .sum::<usize>();
-        if below * 10 > all {
-            return (entry as f64 + 0.5) / f64::from(STEPS);
-        }
-    }
-    ENTRIES as f64 / f64::from(STEPS)
-}
-
-/// Fills the symmetric tables from functions of a pair's number.
-fn table_of(
+/// The tables of all tiles together; each counts as much as it has places.
+fn separability(
+    tiles: &[Option<Errors>],
+    histograms: &[Histograms],
     colours: usize,
-    error: impl Fn(usize) -> f64,
-    distance: impl Fn(usize) -> f64,
 ) -> Separability {
-    let value = |of: &dyn Fn(usize) -> f64, a: usize, b: usize| match a == b {
-        true => 0.0,
-        false => of(pair_number(a.min(b), a.max(b))),
+    let places = number_of_places(histograms);
+    let mean = |of: &dyn Fn(&Errors) -> f64| {
+        let tiles = tiles.iter().flatten();
+        let filled = histograms.iter().filter(|h| h.places > 0);
+        let sums = tiles
+            .zip(filled)
+            .map(|(tile, h)| h.places as f64 * of(tile));
+        sums.sum::<f64>() / places
     };
-    let square = |of: &dyn Fn(usize) -> f64| {
-        let row = |a| (0..colours).map(|b| value(of, a, b)).collect();
-        (0..colours).map(row).collect()
-    };
-    let dark = |of: &dyn Fn(usize) -> f64| (0..colours).map(|a| of(pair_number(a, DARK))).collect();
+    let distance =
+        |a, b| tenth_distance(histograms.iter().map(|h| &h.distances[pair_number(a, b)]));
+    let dark_distance = |k: usize| tenth_dark_distance(histograms.iter().map(|h| &h.margins[k]));
     Separability {
-        error: square(&error),
-        distance: square(&distance),
-        dark_error: dark(&error),
-        dark_distance: dark(&distance),
+        error: square(colours, |a, b| mean(&|tile| tile.pairs[a][b])),
+        distance: square(colours, distance),
+        dark_error: (0..colours).map(|k| mean(&|tile| tile.dark[k])).collect(),
+        dark_distance: (0..colours).map(dark_distance).collect(),
     }
 }
 
-/// Q(d/2) for the middle of each entry of distance, Q the tail of the normal distribution.
-fn error_table() -> [f32; ENTRIES] {
-    std::array::from_fn(|entry| tail((entry as f64 + 0.5) / f64::from(STEPS) / 2.0) as f32)
+fn line_errors(tiles: &[Histograms], colours: usize) -> Vec<f64> {
+    let places = number_of_places(tiles);
+    let squares = |k: usize| tiles.iter().map(|h| h.squared_line_error[k]).sum::<f64>();
+    (0..colours).map(|k| (squares(k) / places).sqrt()).collect()
 }
 
-/// Tail probability of the standard normal distribution for x >= 0, to 7.5e-8 (Abramowitz and Stegun,
-/// 26.2.17).
-fn tail(x: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.231_641_9 * x);
-    let polynomial = t
-        * (0.319_381_530
-            + t * (-0.356_563_782
-                + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
-    (-x * x / 2.0).exp() / (2.0 * std::f64::consts::PI).sqrt() * polynomial
+fn number_of_places(tiles: &[Histograms]) -> f64 {
+    tiles.iter().map(|tile| tile.places).sum::<usize>() as f64
+}
+
+/// A symmetric table from a function of a < b, with 0 on its diagonal.
+fn square(colours: usize, of: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
+    let mut table = vec![vec![0.0; colours]; colours];
+    for a in 0..colours {
+        for b in a + 1..colours {
+            let value = of(a, b);
+            table[a][b] = value;
+            table[b][a] = value;
+        }
+    }
+    table
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{
+        noise::NoiseLaw, responses::Responses, samples::Places, visibility::Visibility,
+    };
     use super::*;
-
-    #[test]
-    fn the_tail_is_that_of_the_normal_distribution() {
-        for (x, q) in [(0.0, 0.5), (1.0, 0.158_655_3), (3.0, 0.001_349_9)] {
-            assert!((tail(x) - q).abs() < 1e-6, "{x}");
-        }
-    }
 
     #[test]
     fn tables_are_symmetric_and_a_tile_without_places_has_none() {
@@ -214,15 +145,20 @@ mod tests {
             places: vec![place; 20],
         };
         let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255; 3]].map(shared::pattern::Rgb);
-        let responses = Responses::nominal(&colours);
-        let found = predict(&places, &responses, NoiseLaw::COMMON).unwrap();
+        let (responses, noise) = (Responses::nominal(&colours), NoiseLaw::COMMON);
+        let optics = Optics {
+            responses: &responses,
+            noise,
+            visibility: &Visibility::new(&colours, 4.0, 2, noise),
+        };
+        let found = predict(&places, optics).unwrap();
         let error = &found.separability.error;
         let pairs = (0..4).flat_map(|a| (0..4).map(move |b| (a, b)));
         for (a, b) in pairs {
             assert_eq!(error[a][b], error[b][a]);
             assert_eq!(error[a][b] == 0.0, a == b);
         }
-        assert_eq!(found.tiles[0].as_ref().unwrap().error, *error);
+        assert_eq!(found.tiles[0].as_ref().unwrap().pairs, *error);
         assert!(found.tiles[1..].iter().all(Option::is_none));
         assert_eq!((found.lit[0], found.lit[1]), (1.0, 0.0));
     }

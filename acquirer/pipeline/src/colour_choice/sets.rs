@@ -28,18 +28,16 @@ pub(super) struct Set {
 
 impl Set {
     pub(super) fn new(members: [usize; 4], separability: &Separability) -> Self {
-        let (mut error, mut distance) = (0.0, f64::INFINITY);
+        let mut distance = f64::INFINITY;
         for (n, &a) in members.iter().enumerate() {
-            error += separability.dark_error[a] / 4.0;
             distance = distance.min(separability.dark_distance[a]);
             for &b in &members[..n] {
-                error += separability.error[a][b] / 2.0;
                 distance = distance.min(separability.distance[a][b]);
             }
         }
         Self {
             members,
-            error,
+            error: expected_error(members, &separability.error, &separability.dark_error),
             distance,
         }
     }
@@ -47,6 +45,15 @@ impl Set {
     fn is_safe(&self) -> bool {
         self.distance > SAFE_DISTANCE
     }
+}
+
+/// Expected share of line pixels read wrongly, from the errors of pairs of colours and of colours against no line.
+pub(super) fn expected_error(members: [usize; 4], pairs: &[Vec<f64>], dark: &[f64]) -> f64 {
+    let error = |(n, &a): (usize, &usize)| {
+        let others = members[..n].iter().map(|&b| pairs[a][b] / 2.0);
+        dark[a] / 4.0 + others.sum::<f64>()
+    };
+    members.iter().enumerate().map(error).sum()
 }
 
 /// All sets of four, best first.
@@ -60,10 +67,11 @@ pub(super) fn rank(separability: &Separability) -> Vec<Set> {
             }
         }
     }
-    sets.sort_by(|s, t| {
+    sets.sort_unstable_by(|s, t| {
         (t.is_safe().cmp(&s.is_safe()))
             .then(s.error.total_cmp(&t.error))
             .then(t.distance.total_cmp(&s.distance))
+            .then(s.members.cmp(&t.members))
     });
     sets
 }

@@ -44,7 +44,9 @@ impl Hsl {
 
 /// The smaller angle between two hues, 0 to pi.
 pub(crate) fn hue_distance(a: f32, b: f32) -> f32 {
-    let turn = (a - b).abs() % TAU;
+    let turn = (a - b).abs();
+    // hardly ever: a remainder takes longer than all the rest
+    let turn = if turn < TAU { turn } else { turn % TAU };
     if turn > PI { TAU - turn } else { turn }
 }
 

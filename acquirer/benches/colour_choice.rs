@@ -1,41 +1,38 @@
-//! How long the choice of colours takes at 640 x 480, once the frames are there.
+//! How long the choice of colours takes at three camera sizes, once the frames are there: all of it, on one thread,
+//! with the thesis's score.
 //!
-//! `separability` is the measuring and predicting, `choice` all of it: with the thesis's score, which looks
-//! at a lattice of pixels of the sixteen frames.
+//! Run with `cargo bench -p acquirer --bench colour_choice`; `--profile dev` times what the demo and the tests run. The
+//! example `choice_time` prints CPU time, for a machine that others use as well.
 
 #[path = "../tests/painted_wall/wall.rs"]
 mod wall;
 
-use acquirer::pipeline::{
-    Projected,
-    colour_choice::{choose_colours, measure_separability},
-};
+use acquirer::pipeline::{Projected, colour_choice::choose_colours};
 use criterion::{Criterion, criterion_group, criterion_main};
+use rayon::ThreadPoolBuilder;
 use shared::pattern::{GridSettings, RasterSize};
 use wall::PaintedWall;
 
 fn colour_choice(criterion: &mut Criterion) {
-    let wall = PaintedWall {
-        size: RasterSize {
-            width: 640,
-            height: 480,
-        },
-        ..PaintedWall::coloured(0.8, 0.3)
-    };
-    let pattern = GridSettings::default();
-    let trial = wall.trial(&pattern.coded);
-    let projected = Projected {
-        pattern,
-        raster: wall.size,
-    };
     let mut group = criterion.benchmark_group("colour_choice");
     group.sample_size(20);
-    group.bench_function("separability", |bencher| {
-        bencher.iter(|| measure_separability(&trial));
-    });
-    group.bench_function("choice", |bencher| {
-        bencher.iter(|| choose_colours(&trial, &projected, None));
-    });
+    let threads = ThreadPoolBuilder::new().num_threads(1);
+    let threads = threads.build().expect("a thread can be started");
+    for (width, height) in [(640, 480), (1280, 720), (1920, 1080)] {
+        let wall = PaintedWall {
+            size: RasterSize { width, height },
+            ..PaintedWall::coloured(0.8, 0.3)
+        };
+        let pattern = GridSettings::default();
+        let trial = wall.trial(&pattern.coded);
+        let projected = Projected {
+            pattern,
+            raster: wall.size,
+        };
+        group.bench_function(format!("{width}x{height}"), |bencher| {
+            threads.install(|| bencher.iter(|| choose_colours(&trial, &projected, None)));
+        });
+    }
     group.finish();
 }
 

@@ -6,15 +6,11 @@
 //!
 //! Renders a colour trial of a shipped scene for a camera of this size (black and white twice, the grid in each of
 //! the sixteen colours), chooses again and again, and prints `choice MS`: the median CPU time of one choice in
-//! milliseconds, all threads together. `separability MS` is the measuring and predicting alone, without the thesis's
-//! score and the reasons.
+//! milliseconds, all threads together.
 
 use std::time::Instant;
 
-use acquirer::pipeline::{
-    Projected,
-    colour_choice::{choose_colours, measure_separability},
-};
+use acquirer::pipeline::{Projected, colour_choice::choose_colours};
 use anyhow::Result;
 use clap::Parser;
 use rig_tests::measure::{colour_trial, cpu_time, scene_of_camera};
@@ -49,9 +45,8 @@ fn main() -> Result<()> {
     let trial = colour_trial(&scene, Stage::Object, &projected.pattern.coded);
     let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads);
     threads.build()?.install(|| {
-        let separability = median_ms(|| Ok(measure_separability(&trial).map(drop)?))?;
         let choice = median_ms(|| Ok(choose_colours(&trial, &projected, None).map(drop)?))?;
-        println!("separability {separability:.3}\nchoice {choice:.3}");
+        println!("choice {choice:.3}");
         Ok(())
     })
 }

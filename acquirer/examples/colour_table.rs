@@ -7,7 +7,8 @@
 //! For each scene with its object the sixteen colours are shown and judged as `acquirer colours` does. Then the scene
 //! is recorded with the chosen four, with red, yellow, magenta and green, and with the four colours of which most
 //! grid pixels are recovered (the thesis's rule), and read with the true calibration: as a scan, one coded and one
-//! unary frame, and from the coded frame alone, where every line must be seen in its own colour.
+//! unary frame, and from the coded frame alone, where every line must be seen in its own colour. Four frames of
+//! different noise are read one by one.
 
 use std::{fmt::Write, fs};
 
@@ -16,12 +17,17 @@ use acquirer::pipeline::{
     colour_choice::{ColourSelection, ColourSet, choose_colours},
 };
 use anyhow::{Context, Result};
-use rig_tests::measure::{Reading, Repeats, SimulatedScan, Sum, colour_trial, in_repository, shipped_scenes};
+use rig_tests::measure::{
+    Reading, Repeats, SimulatedScan, Sum, colour_trial, in_repository, shipped_scenes,
+};
 use shared::{
     pattern::{Axis, Grid, GridSettings, Rgb},
     simulation::Scene,
     stage::Stage,
 };
+
+/// Coded frames of each set and stage; each is read for itself, so that one frame's noise says little.
+const FRAMES: usize = 4;
 
 /// What one would take without looking at the scene.
 const FIXED: [Rgb; 4] = [
@@ -35,9 +41,10 @@ fn main() -> Result<()> {
     let mut table = String::from(
         "# The chosen colours beside others\n\n\
          Written by `cargo run -p acquirer --example colour_table`. Expected: share of line pixels that will be \
-         mistaken, as predicted from the sixteen shots. Scan: coverage of the clear crossings with one coded and one \
-         unary frame; alone: with the coded frame alone, which favours bright colours; wrong: wrong labels in both. Fixed: red, yellow, magenta, green. Thesis: the four colours \
-         with most recovered pixels.\n\n\
+         mistaken or not seen in a coded frame alone, as predicted from the sixteen shots. Scan: coverage of the clear \
+         crossings with one coded and one unary frame; alone: with the coded frame alone; wrong: wrong labels in both. \
+         All are of four frames with and four without the object, read one by one. Fixed: red, yellow, magenta, green. \
+         Thesis: the four colours with most recovered pixels.\n\n\
          | scene | chosen | expected % | scan % | alone % | wrong | fixed: expected % | scan % | alone % | wrong | \
          thesis: expected % | scan % | alone % | wrong |\n\
          |---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n",
@@ -94,15 +101,15 @@ fn cells(scene: &Scene, colours: [Rgb; 4], expected: f64) -> Result<String> {
     };
     let repeats = Repeats {
         references: 2,
-        coded: 1,
-        unary: 1,
+        coded: FRAMES,
+        unary: FRAMES,
     };
-    let mut scan = SimulatedScan::record(scene, &pattern, repeats);
-    let with_unary = read(&scan)?;
-    for captures in &mut scan.stages {
-        captures.unary.clear();
+    let scan = SimulatedScan::record(scene, &pattern, repeats);
+    let (mut with_unary, mut alone) = (Sum::default(), Sum::default());
+    for frame in 0..FRAMES {
+        with_unary.join(&read(&scan, frame, true)?);
+        alone.join(&read(&scan, frame, false)?);
     }
-    let alone = read(&scan)?;
     Ok(format!(
         "{:.3} | {:.1} | {:.1} | {}",
         100.0 * expected,
@@ -112,8 +119,8 @@ fn cells(scene: &Scene, colours: [Rgb; 4], expected: f64) -> Result<String> {
     ))
 }
 
-/// The scores of both stages.
-fn read(scan: &SimulatedScan) -> Result<Sum> {
+/// The scores of both stages, read from one of the coded frames.
+fn read(scan: &SimulatedScan, frame: usize, with_unary: bool) -> Result<Sum> {
     let reading = Reading {
         projected: &scan.projected,
         calibration: Some(&scan.calibration),
@@ -121,7 +128,13 @@ fn read(scan: &SimulatedScan) -> Result<Sum> {
     };
     let mut sum = Sum::default();
     for (stage, captures) in Stage::BOTH.into_iter().zip(&scan.stages) {
-        let (score, _) = reading.score(captures, &scan.truth, stage)?;
+        let mut captures = captures.clone();
+        captures.prmvs = vec![captures.prmvs.swap_remove(frame)];
+        captures.unary = match with_unary {
+            true => vec![captures.unary.swap_remove(frame)],
+            false => Vec::new(),
+        };
+        let (score, _) = reading.score(&captures, &scan.truth, stage)?;
         sum.add(&score);
     }
     Ok(sum)

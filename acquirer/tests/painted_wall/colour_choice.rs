@@ -140,6 +140,24 @@ fn the_choice_counts_four_different_colours_of_the_palette_and_says_why() {
 }
 
 #[test]
+fn colours_whose_lines_the_wall_swallows_are_not_chosen() {
+    let yellow_wall = PaintedWall {
+        paints: vec![[0.6, 0.5, 0.02]],
+        ..PaintedWall::grey()
+    };
+    let selection = choose(&yellow_wall);
+    let lost = |colour: Rgb| {
+        let at = selection.colours.iter().position(|c| c.colour == colour);
+        selection.separability.dark_error[at.unwrap()]
+    };
+    let (blue, green) = (lost(Rgb([0, 0, 255])), lost(Rgb([0, 255, 0])));
+    assert!(blue > 0.5 && green < 0.05, "{blue} {green}");
+    assert!(selection.best.iter().all(|&colour| lost(colour) < 0.05));
+    let text = selection.reasons.join(" ");
+    assert!(text.contains("seen least of the four"), "{text}");
+}
+
+#[test]
 fn a_unary_grid_is_white_where_nothing_is_clipped() {
     assert_eq!(choose(&PaintedWall::grey()).unary, Rgb::WHITE);
 }
@@ -190,7 +208,7 @@ fn the_thesis_counts_more_pixels_of_red_than_of_blue_on_a_blue_wall() {
 
 #[test]
 fn a_set_in_use_stays_unless_another_is_a_fifth_better() {
-    let wall = PaintedWall::coloured(0.9, 0.1);
+    let wall = PaintedWall::coloured(0.5, 0.1);
     let projected = projected(&wall);
     let trial = wall.trial(&projected.pattern.coded);
     let first = choose_colours(&trial, &projected, None).unwrap();
@@ -222,10 +240,8 @@ fn without_black_or_white_frames_the_choice_is_nearly_as_good() {
         let selection = choose_colours(&trial, &projected, None).unwrap();
         assert!(selection.measured);
         let error = measured_error(&wall, &full, selection.best);
-        assert!(
-            error < measured_error(&wall, &full, FIXED),
-            "{black} {white}: {error}"
-        );
+        let best = measured_error(&wall, &full, full.best);
+        assert!(error < best + 0.01, "{black} {white}: {error} {best}");
     }
 }
 

@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use acquirer::pipeline::{
-    Projected,
-    colour_choice::{ColourTrial, choose_colours},
-};
+use acquirer::pipeline::{Method, Projected, colour_choice::choose_colours};
 use image::RgbImage;
+use rig_tests::measure::{Reading, Repeats, SimulatedScan, Sum, colour_trial};
 use shared::{
     geometry::CameraPixel,
-    pattern::{Axis, Grid, GridSettings, Palette, Pattern, Rgb},
+    pattern::{Axis, Grid, GridSettings, Pattern, Rgb},
     simulation::{Room, Scene},
     stage::Stage,
 };
@@ -37,24 +35,6 @@ impl Simulated {
     fn shoot(&self, pattern: &Pattern, number: u64) -> RgbImage {
         let picture = pattern.raster(self.scene.projector_size());
         self.room.render(&self.scene.project(&picture), number)
-    }
-
-    fn trial(&self, grid: &Grid) -> ColourTrial {
-        let shots = Palette::default()
-            .colours()
-            .to_vec()
-            .into_iter()
-            .enumerate();
-        ColourTrial {
-            black: (0..2).map(|n| self.shoot(&Pattern::BLACK, n)).collect(),
-            white: (2..4).map(|n| self.shoot(&Pattern::WHITE, n)).collect(),
-            shots: shots
-                .map(|(k, entry)| {
-                    let frame = self.shoot(&grid.unary(entry.colour).into(), 4 + k as u64);
-                    (entry, frame)
-                })
-                .collect(),
-        }
     }
 
     /// The camera pixels in the middle of a column and away from rows, with the column's symbol.
@@ -92,7 +72,7 @@ fn in_a_coloured_room_the_choice_beats_the_fixed_set_in_expected_and_in_measured
         pattern: pattern.clone(),
         raster: room.scene.projector_size(),
     };
-    let trial = room.trial(&pattern.coded);
+    let trial = colour_trial(&room.scene, Stage::Object, &pattern.coded);
     let fixed = choose_colours(&trial, &projected, Some(FIXED)).unwrap();
     let chosen = choose_colours(&trial, &projected, None).unwrap();
     let (dark, unary) = (
@@ -128,4 +108,47 @@ fn in_a_coloured_room_the_choice_beats_the_fixed_set_in_expected_and_in_measured
     assert!(pixels.len() > 5000);
     assert!(expected.0 < 0.8 * expected.1, "{expected:?}");
     assert!(ours < theirs, "{ours} {theirs}");
+}
+
+/// How a coded frame of both stages is read without a unary one.
+fn read_alone(scene: &Scene, colours: [Rgb; 4]) -> Sum {
+    let pattern = GridSettings {
+        coded: GridSettings::default().coded.recoloured(&colours).unwrap(),
+        unary: Rgb::WHITE,
+    };
+    let repeats = Repeats {
+        references: 2,
+        coded: 1,
+        unary: 0,
+    };
+    let scan = SimulatedScan::record(scene, &pattern, repeats);
+    let reading = Reading {
+        projected: &scan.projected,
+        calibration: Some(&scan.calibration),
+        method: Method::Likelihood,
+    };
+    let mut sum = Sum::default();
+    for (stage, captures) in Stage::BOTH.into_iter().zip(&scan.stages) {
+        sum.add(&reading.score(captures, &scan.truth, stage).unwrap().0);
+    }
+    sum
+}
+
+#[test]
+fn in_a_coloured_room_a_coded_frame_alone_is_read_better_in_the_chosen_colours() {
+    let room = Simulated::new("coloured-room");
+    let pattern = GridSettings::default();
+    let projected = Projected {
+        pattern: pattern.clone(),
+        raster: room.scene.projector_size(),
+    };
+    let trial = colour_trial(&room.scene, Stage::Object, &pattern.coded);
+    let selection = choose_colours(&trial, &projected, Some(FIXED)).unwrap();
+    let (ours, theirs) = (
+        read_alone(&room.scene, selection.best),
+        read_alone(&room.scene, FIXED),
+    );
+    println!("{ours:?} against {theirs:?}");
+    assert!(ours.coverage_percent() > theirs.coverage_percent());
+    assert_eq!(ours.wrong, 0);
 }

@@ -4,9 +4,9 @@
 //! Takes frames of the scene under black, white, and the unary grid in each colour of the palette. Gives a
 //! [`ColourSelection`]: the choice, the scores behind it and plain reasons. Two scores stand side by side:
 //! the thesis's (how many grid pixels of each colour survive, chapter 4.2) and a joint one, the expected share
-//! of line pixels whose colour is mistaken, predicted for every set of four from the measured light, noise
-//! and colour response (`separability`). The joint one decides, because four colours that each survive
-//! can still be neighbours in hue.
+//! of line pixels whose colour is mistaken or that are not seen at all in a coded frame without a unary one, predicted
+//! for every set of four from the measured light, noise and colour response (`separability`). The joint one decides,
+//! because four colours that each survive can still be neighbours in hue.
 //!
 //! It fails quietly when the scene changes between the shots, or when the shots show something other than
 //! the grid in the colours they name.
@@ -82,7 +82,8 @@ pub struct ColourSelection {
     pub best: [Rgb; 4],
     /// The colour of the unary grid.
     pub unary: Rgb,
-    /// Expected share of line pixels of `best` that are read as another of the four, or as no line.
+    /// Expected share of line pixels of `best` that are read as another of the four, or, in a coded frame that stands
+    /// alone, as no line.
     pub expected_error: f64,
     /// `false` when no projected light was seen: the choice is then the one for a grey wall.
     pub measured: bool,
@@ -112,7 +113,7 @@ pub struct ColourScore {
     /// Projector drive values.
     pub colour: Rgb,
     /// The thesis's score: grid pixels left after background removal and masked threshold, estimated from a
-    /// lattice of some 10 000 pixels.
+    /// lattice of some 4000 pixels.
     pub recovered_px: usize,
     /// `recovered_px` of the pixels that the grid should cover where the projector reaches, 0 to about 1.
     pub share_of_expected: f64,
@@ -132,9 +133,10 @@ pub struct Separability {
     pub error: Vec<Vec<f64>>,
     /// Mahalanobis distance that nine tenths of the surface exceed, in standard deviations.
     pub distance: Vec<Vec<f64>>,
-    /// Probability that a pixel of the colour is taken for no line.
+    /// Probability that a line of the colour is not seen in a coded frame that stands alone, 0 to 1.
     pub dark_error: Vec<f64>,
-    /// Distance to no line that nine tenths of the surface exceed.
+    /// Distance of its lines from no line that nine tenths of the surface exceed: twice the standard deviations above
+    /// the line finder's limit; 0 where they stay below it.
     pub dark_distance: Vec<f64>,
 }
 

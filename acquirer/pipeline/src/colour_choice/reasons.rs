@@ -14,6 +14,8 @@ pub(super) struct Grounds<'a> {
     pub chosen: &'a ColourSet,
     /// The two of the chosen four that are hardest to tell apart, with their error.
     pub hardest: (&'a str, &'a str, f64),
+    /// The one of the chosen four whose lines are lost most often, and how often.
+    pub dimmest: (&'a str, f64),
     /// The noise law.
     pub noise: NoiseLaw,
     /// Whether there were black frames, and white frames.
@@ -35,7 +37,7 @@ pub(super) fn sentences(grounds: &Grounds<'_>) -> Vec<String> {
             ),
         ];
     }
-    let mut sentences = vec![choice(grounds), hardest(grounds)];
+    let mut sentences = vec![choice(grounds), hardest(grounds), dimmest(grounds)];
     sentences.extend(runner_up(grounds));
     sentences.extend(in_use(grounds));
     sentences.push(thesis(grounds));
@@ -63,9 +65,18 @@ fn hardest(grounds: &Grounds<'_>) -> String {
     };
     format!(
         "The hardest two of them are {a} and {b}: one is taken for the other on {} of the pixels; on nine \
-         tenths of the surface the four and no line stand at least {distance:.1} standard deviations \
+         tenths of the surface the four, and their lines from no line, stand at least {distance:.1} standard deviations \
          apart, {verdict}.",
         percent(error)
+    )
+}
+
+fn dimmest(grounds: &Grounds<'_>) -> String {
+    let (name, lost) = grounds.dimmest;
+    format!(
+        "In a coded frame without a unary one beside it, {name} is seen least of the four: {} of its lines' pixels are \
+         expected lost.",
+        percent(lost)
     )
 }
 

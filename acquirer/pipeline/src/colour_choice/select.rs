@@ -62,6 +62,7 @@ impl Evidence<'_> {
             selection: &selection,
             chosen: &chosen,
             hardest: self.hardest_pair(&set),
+            dimmest: self.dimmest(&set),
             noise: self.judged.noise,
             references: (!self.trial.black.is_empty(), !self.trial.white.is_empty()),
             clipped: self.judged.clipped,
@@ -151,6 +152,14 @@ impl Evidence<'_> {
             .unwrap_or((a, b));
         let name = |k: usize| self.shots[k].entry.name.as_str();
         (name(worst.0), name(worst.1), error[worst.0][worst.1])
+    }
+
+    fn dimmest(&self, set: &Set) -> (&str, f64) {
+        let lost = &self.judged.predicted.separability.dark_error;
+        let [first, ..] = set.members;
+        let worse = |a: usize, b: &usize| if lost[*b] > lost[a] { *b } else { a };
+        let worst = set.members.iter().fold(first, worse);
+        (&self.shots[worst].entry.name, lost[worst])
     }
 
     fn tiles(&self, set: &Set) -> Vec<TileScore> {

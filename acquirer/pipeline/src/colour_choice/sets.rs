@@ -2,7 +2,7 @@
 //!
 //! Takes the separability of the colours, gives the sets in order: first those whose distances all exceed 3
 //! standard deviations on nine tenths of the surface, then by expected error, which is half the sum of the
-//! six pairs' errors and a quarter of the sum of the four errors against no line.
+//! six pairs' errors and a quarter of the sum of the four colours' lost lines.
 
 use shared::pattern::Rgb;
 
@@ -47,7 +47,8 @@ impl Set {
     }
 }
 
-/// Expected share of line pixels read wrongly, from the errors of pairs of colours and of colours against no line.
+/// Expected share of line pixels read wrongly, from how often pairs of colours are mistaken and each
+/// colour's lines are lost.
 pub(super) fn expected_error(members: [usize; 4], pairs: &[Vec<f64>], dark: &[f64]) -> f64 {
     let error = |(n, &a): (usize, &usize)| {
         let others = members[..n].iter().map(|&b| pairs[a][b] / 2.0);

@@ -118,3 +118,48 @@ impl Light {
         light
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::Places;
+    use super::*;
+
+    const COLOURS: [Rgb; 3] = [Rgb::WHITE, Rgb([0, 0, 255]), Rgb([0, 0, 0])];
+
+    /// Margins of white, blue and black lines on a surface under white light of this strength.
+    fn margins(white: [f32; 3], line_px: f64) -> [f32; 3] {
+        let place = Place {
+            white,
+            ..Places::grey_wall().places[0]
+        };
+        let (noise, responses) = (NoiseLaw::COMMON, Responses::nominal(&COLOURS));
+        let visibility = Visibility::new(&COLOURS, line_px, 2, noise);
+        let margins = visibility.margins(&[&place], &responses, noise);
+        [0, 1, 2].map(|k| margins[k][0])
+    }
+
+    #[test]
+    fn a_line_is_lost_where_the_surface_swallows_its_colour() {
+        let [white, blue, black] = margins([0.3; 3], 4.0);
+        assert!(
+            white > 3.0 && blue > 1.0 && black < -3.0,
+            "{white} {blue} {black}"
+        );
+        let [white, blue, _] = margins([0.3, 0.3, 0.005], 4.0);
+        assert!(white > 3.0 && blue < 0.0, "{white} {blue}");
+    }
+
+    #[test]
+    fn wider_lines_and_more_light_are_seen_better() {
+        let blue = |white: [f32; 3], line_px: f64| margins(white, line_px)[1];
+        assert!(blue([0.3; 3], 8.0) > blue([0.3; 3], 3.0));
+        assert!(blue([0.3; 3], 4.0) > blue([0.02; 3], 4.0));
+    }
+
+    #[test]
+    fn without_projected_light_nothing_is_seen() {
+        for margin in margins([0.0; 3], 4.0) {
+            assert!(margin < -8.0, "{margin}");
+        }
+    }
+}

@@ -38,7 +38,8 @@ pub(super) fn section(
          <ul>{reasons}</ul>\n\
          <h3>Each colour on this scene</h3>\n{}\
          <h3>How well pairs are told apart</h3>\n<p class=\"note\">Probability that a pixel of one colour is taken \
-         for the other, in percent; the last column: for no line.</p>\n{}\
+         for the other, in percent; the last column: that its lines are not seen in a coded frame without a single-colour \
+         one.</p>\n{}\
          <h3>The best sets of four</h3>\n{}{regions}",
         chips(selection, &selection.best),
         percent(selection.expected_error),
@@ -184,15 +185,15 @@ fn separability(selection: &ColourSelection) -> String {
                 .collect();
             let (error, distance) = (entry(&table.dark_error, a), entry(&table.dark_distance, a));
             let title = format!(
-                "{} and no line: error {:.2} %, distance {distance:.1}",
+                "{} lines: {:.2} % not seen, distance {distance:.1}",
                 colours[a].name,
                 100.0 * error
             );
-            let dark = heat_cell(error / WORST_PAIR_ERROR, &short(error), &title);
+            let dark = heat_cell(error, &short(error), &title);
             format!("<tr>{}{cells}{dark}</tr>\n", row_head(&colours[a]))
         })
         .collect();
-    heat_table(colours, "<th>dark</th>", &rows)
+    heat_table(colours, "<th>not seen</th>", &rows)
 }
 
 fn row_head(score: &ColourScore) -> String {

@@ -5,7 +5,7 @@
 
 use std::sync::LazyLock;
 
-use pulp::NullaryFnOnce;
+use pulp::{Arch, NullaryFnOnce};
 use shared::pattern::PALETTE_SIZE;
 
 use super::{
@@ -15,7 +15,6 @@ use super::{
     samples::Place,
     visibility::Visibility,
 };
-use crate::convolve::wide;
 
 /// Steps per standard deviation.
 const STEPS: f32 = 4.0;
@@ -57,7 +56,8 @@ impl Histograms {
             margins: vec![[0; ENTRIES]; PALETTE_SIZE],
             squared_line_error: [0.0; PALETTE_SIZE],
         };
-        wide(Filling {
+        // compiled for the widest registers that the processor has
+        Arch::new().dispatch(Filling {
             histograms: &mut histograms,
             places,
             optics,

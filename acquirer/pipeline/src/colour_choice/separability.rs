@@ -121,12 +121,11 @@ fn number_of_places(tiles: &[Histograms]) -> f64 {
 /// A symmetric table from a function of a < b, with 0 on its diagonal.
 fn square(colours: usize, of: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
     let mut table = vec![vec![0.0; colours]; colours];
-    for a in 0..colours {
-        for b in a + 1..colours {
-            let value = of(a, b);
-            table[a][b] = value;
-            table[b][a] = value;
-        }
+    let pairs = (0..colours).flat_map(|a| (a + 1..colours).map(move |b| (a, b)));
+    for (a, b) in pairs {
+        let value = of(a, b);
+        table[a][b] = value;
+        table[b][a] = value;
     }
     table
 }

@@ -108,11 +108,11 @@ impl Light {
             weight: [[0.0; LANES]; 3],
         };
         for (n, place) in places.iter().enumerate() {
-            for c in 0..3 {
+            for (c, error) in errors.iter().enumerate() {
                 let (dark, white) = (place.dark[c].max(0.0), place.white[c].max(0.0));
                 light.dark[c][n] = dark;
                 light.white[c][n] = white;
-                light.weight[c][n] = white / errors[c].squared(dark, white);
+                light.weight[c][n] = white / error.squared(dark, white);
             }
         }
         light

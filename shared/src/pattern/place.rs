@@ -16,6 +16,17 @@ pub struct GridIndex {
     pub column: u16,
 }
 
+impl GridIndex {
+    /// The number of the row, or of the column.
+    #[must_use]
+    pub fn line(self, axis: Axis) -> u16 {
+        match axis {
+            Axis::Row => self.row,
+            Axis::Column => self.column,
+        }
+    }
+}
+
 /// One of the four vertices of a crossing, as seen on the projector's picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]

@@ -1,19 +1,23 @@
 //! The ends of lines: a followed line beyond its last labelled crossing.
 //!
 //! Takes a stretch that decoding left without a number, gives the parts of it that go on, unbroken, from a
-//! labelled crossing, for at most one pitch. A stretch between crossings of different lines gets none, nor
-//! does what lies near a crossing that was found and whose own colours or place contradict.
+//! labelled crossing: up to a gap, a step, or a crossing that was found and whose own colours or place contradict.
+//! What crossings of different lines reach gets no number. A line that goes over into another one without a gap or
+//! a step keeps its number quietly as far as that one has no crossing.
 
 use shared::pattern::{Axis, GridIndex};
 
-use super::{Sample, Stretch, Way, line_of};
+use super::{Sample, Stretch, Way};
 use crate::grid::{DecodedCrossing, DecodedGrid, DropReason, LineTrack};
 
 /// A crossing lies on a line when it is at most this far beside it, camera px: tracks drift by a pixel in crossings.
 const BESIDE_PX: f64 = 1.5;
 
-/// ... and when the line begins at most so far beyond the other line's edge, camera px.
+/// What blur disturbs of a line beyond the edge of one that crosses, camera px.
 const BEYOND_PX: f64 = 4.0;
+
+/// Where a line is followed it is dark beside it, up to so many of its widths beyond its edges.
+const BESIDE_WIDTHS: f64 = 0.8;
 
 /// Longest gap on the way, camera px: what the follower bridges outside of crossings is doubtful for a number.
 const GAP_PX: f64 = 4.0;
@@ -28,7 +32,6 @@ const LESS_SURE: f64 = 0.9;
 struct Seed<'a> {
     crossing: &'a DecodedCrossing,
     along: f64,
-    reach: f64,
     zone: f64,
 }
 
@@ -36,35 +39,23 @@ struct Seed<'a> {
 pub(super) fn label_ends(track: &LineTrack, grid: &DecodedGrid) -> Vec<Stretch> {
     let way = Way::of(track);
     let samples: Vec<Sample> = track.points.iter().map(|p| Sample::of(p, way)).collect();
-    let seeds = find_seeds(&samples, way, track.axis, grid);
-    let Some(line) = seeds
-        .first()
-        .map(|seed| line_of(seed.crossing.index, track.axis))
-    else {
-        return Vec::new();
-    };
-    if seeds
-        .iter()
-        .any(|seed| line_of(seed.crossing.index, track.axis) != line)
-    {
-        return Vec::new();
-    }
     let stops = contradictions(&samples, way, grid);
-    let mut confidence = vec![0.0f64; samples.len()];
-    for seed in &seeds {
+    let mut numbers = vec![Number::Open; samples.len()];
+    for seed in find_seeds(&samples, (track.axis, way), grid) {
         let start = samples.partition_point(|s| s.along < seed.along);
+        let line = seed.crossing.index.line(track.axis);
         let sure = LESS_SURE * seed.crossing.confidence;
-        for k in reached(&samples, (start..samples.len()).collect(), seed, &stops).chain(reached(
+        for k in reached(&samples, (start..samples.len()).collect(), &seed, &stops).chain(reached(
             &samples,
             (0..start).rev().collect(),
-            seed,
+            &seed,
             &stops,
         )) {
-            confidence[k] = confidence[k].max(sure);
+            numbers[k] = numbers[k].and(line, sure);
         }
     }
-    parts(&samples, &confidence)
-        .map(|samples| Stretch {
+    parts(&samples, &numbers)
+        .map(|(line, samples)| Stretch {
             axis: track.axis,
             line,
             way,
@@ -73,27 +64,53 @@ pub(super) fn label_ends(track: &LineTrack, grid: &DecodedGrid) -> Vec<Stretch> 
         .collect()
 }
 
+/// What the crossings that reach a sample say about its line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Number {
+    /// Nothing.
+    Open,
+    /// It is this line, with this confidence.
+    Line(u16, f64),
+    /// Different things.
+    Contested,
+}
+
+impl Number {
+    fn and(self, line: u16, sure: f64) -> Self {
+        match self {
+            Self::Open => Self::Line(line, sure),
+            Self::Line(same, before) if same == line => Self::Line(line, sure.max(before)),
+            Self::Line(..) | Self::Contested => Self::Contested,
+        }
+    }
+
+    fn line(self) -> Option<u16> {
+        match self {
+            Self::Line(line, _) => Some(line),
+            Self::Open | Self::Contested => None,
+        }
+    }
+}
+
 /// The labelled crossings that lie on the stretch or at its ends.
 fn find_seeds<'a>(
     samples: &[Sample],
-    way: Way,
-    axis: Axis,
+    (axis, way): (Axis, Way),
     grid: &'a DecodedGrid,
 ) -> Vec<Seed<'a>> {
     let seed = |crossing: &'a DecodedCrossing| {
         let (along, across) = way.turn(crossing.centre);
-        let zone = half_width_along(crossing, way) + BEYOND_PX;
+        let zone = disturbed_px(crossing, axis, way);
         let line = across_at(samples, along, zone)?;
         let slope = slope_at(samples, along);
         let beside = (across - line).abs() / slope.hypot(1.0);
-        (beside <= BESIDE_PX).then(|| Seed {
+        (beside <= BESIDE_PX).then_some(Seed {
             crossing,
             along,
-            reach: pitch_at(crossing, axis, grid) / slope.hypot(1.0),
             zone,
         })
     };
-    grid.crossings.iter().filter_map(seed).collect()
+    grid.placed().filter_map(seed).collect()
 }
 
 /// The samples in walking order as far as nothing breaks the way from the crossing.
@@ -115,10 +132,7 @@ fn reached(
                 && (stop - seed.along).abs() <= (here.along - seed.along).abs()
         });
         last = Some(here);
-        gap <= open
-            && step <= STEP_PX * gap.max(1.0)
-            && (here.along - seed.along).abs() <= seed.reach
-            && !stopped
+        gap <= open && step <= STEP_PX * gap.max(1.0) && !stopped
     });
     walked.collect::<Vec<_>>().into_iter()
 }
@@ -141,25 +155,28 @@ fn contradictions(samples: &[Sample], way: Way, grid: &DecodedGrid) -> Vec<f64> 
         .collect()
 }
 
-/// Runs of samples with a confidence, which they take on.
+/// Runs of samples of one line, with the confidence that it has at each.
 fn parts<'a>(
     samples: &'a [Sample],
-    confidence: &'a [f64],
-) -> impl Iterator<Item = Vec<Sample>> + 'a {
-    let sure: Vec<Sample> = samples
+    numbers: &'a [Number],
+) -> impl Iterator<Item = (u16, Vec<Sample>)> + 'a {
+    let both: Vec<(Sample, Number)> = samples
         .iter()
-        .zip(confidence)
-        .map(|(&sample, &confidence)| Sample {
-            confidence,
-            ..sample
-        })
+        .copied()
+        .zip(numbers.iter().copied())
         .collect();
-    let runs: Vec<Vec<Sample>> = sure
-        .chunk_by(|a, b| (a.confidence > 0.0) == (b.confidence > 0.0))
-        .filter(|run| run[0].confidence > 0.0)
-        .map(<[Sample]>::to_vec)
-        .collect();
-    runs.into_iter()
+    let runs = both.chunk_by(|a, b| a.1.line() == b.1.line());
+    let runs = runs.filter_map(|run| {
+        let known = run.iter().filter_map(|&(sample, number)| match number {
+            Number::Line(_, confidence) => Some(Sample {
+                confidence,
+                ..sample
+            }),
+            Number::Open | Number::Contested => None,
+        });
+        Some((run[0].1.line()?, known.collect()))
+    });
+    runs.collect::<Vec<_>>().into_iter()
 }
 
 /// Position across at a place along, linear between samples and constant slope up to `beyond` past the ends.
@@ -187,26 +204,18 @@ fn slope_at(samples: &[Sample], along: f64) -> f64 {
     (high.across - low.across) / (high.along - low.along).max(1.0)
 }
 
-/// Half of a crossing's extent along a direction of the picture.
-pub(super) fn half_width_along(crossing: &DecodedCrossing, way: Way) -> f64 {
+/// How far from its middle a crossing disturbs a line of the given direction: half its extent, what blur disturbs,
+/// and what a leaning line that crosses takes from the sides of this one before they meet.
+pub(super) fn disturbed_px(crossing: &DecodedCrossing, axis: Axis, way: Way) -> f64 {
     let along = crossing.vertices.map(|vertex| way.turn(vertex).0);
     let low = along.iter().copied().fold(f64::MAX, f64::min);
     let high = along.iter().copied().fold(f64::MIN, f64::max);
-    0.5 * (high - low)
-}
-
-/// Distance from a crossing to the next one on its line, camera px: the larger of those beside it, else the
-/// median of all.
-fn pitch_at(crossing: &DecodedCrossing, axis: Axis, grid: &DecodedGrid) -> f64 {
-    let to = |other: &DecodedCrossing| {
-        (other.centre.x - crossing.centre.x).hypot(other.centre.y - crossing.centre.y)
+    let [upper_left, upper_right, _, lower_left] = along;
+    let lean = match axis {
+        Axis::Row => lower_left - upper_left,
+        Axis::Column => upper_right - upper_left,
     };
-    [1, -1]
-        .into_iter()
-        .filter_map(|step| grid.crossing(beside(crossing.index, axis, step)?))
-        .map(to)
-        .reduce(f64::max)
-        .unwrap_or(0.0)
+    0.5 * (high - low) + BEYOND_PX + BESIDE_WIDTHS * lean.abs()
 }
 
 /// The next crossing on a line.

@@ -2,8 +2,7 @@
 //!
 //! Takes a decoded grid, gives [`DenseLine`]s: points on the middle of one line, one per camera pixel along it, in
 //! edge coordinates of the camera picture. Between two decoded crossings the track's own points are taken; beyond
-//! the last one the track goes on to carry the number for at most one pitch, as long as it is unbroken and nothing
-//! contradicts (`ends`). Where the other family crosses, and in gaps of a few pixels, a parabola through both arms
+//! the last one the track goes on to carry the number as long as it is unbroken and nothing contradicts (`ends`). Where the other family crosses, and in gaps of a few pixels, a parabola through both arms
 //! fills in when both follow it; else the line is cut there (`pieces`). Pieces are never joined by anybody after
 //! this: a cut is where the surface may step. A surface that steps along the line, without a sideways step of the
 //! line itself, is not cut, quietly: its depth is that of a line along the epipolar direction, which has none.
@@ -13,10 +12,7 @@ mod pieces;
 mod scale;
 
 pub use scale::measured_scale;
-use shared::{
-    geometry::CameraPixel,
-    pattern::{Axis, GridIndex},
-};
+use shared::{geometry::CameraPixel, pattern::Axis};
 
 use super::grid::{DecodedGrid, LinePoint, LineTrack};
 
@@ -148,14 +144,6 @@ impl Sample {
             half_width_px: point.half_width_px,
             confidence: point.confidence,
         }
-    }
-}
-
-/// The number of a crossing's line of one direction.
-fn line_of(index: GridIndex, axis: Axis) -> u16 {
-    match axis {
-        Axis::Row => index.row,
-        Axis::Column => index.column,
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! Takes stretches in the order they were followed. A gap is filled when a labelled crossing of the line lies in
 //! it and it is no longer than a crossing zone, or when it has a few pixels only, and when one parabola passes
-//! through the points on both sides.
+//! through the points on both sides. Crumbs of a line within a crossing are the other line's as much as its own and
+//! count as gap.
 
-use super::{Sample, Stretch, line_of};
+use super::{Sample, Stretch, ends::disturbed_px};
 use crate::grid::DecodedGrid;
 
 /// Longest gap without a crossing in it that is filled, camera px.
@@ -21,6 +22,10 @@ const FIT_PX: f64 = 0.3;
 /// Largest change of direction from one pixel to the next, camera px across: more is a step of the surface.
 const STEP_PX: f64 = 1.2;
 
+/// Smoothing along a line carries its ridge on over its end, where the light already comes from elsewhere: points
+/// taken off each end of a piece.
+const OVER_END: usize = 2;
+
 /// Shortest piece worth keeping, points.
 const LEAST_POINTS: usize = 3;
 
@@ -29,7 +34,13 @@ pub(super) fn unbroken(stretches: Vec<Stretch>, grid: &DecodedGrid) -> Vec<Stret
     let mut pieces: Vec<Stretch> = Vec::new();
     for stretch in stretches {
         let zones = zones(&stretch, grid);
-        for run in runs(stretch) {
+        let crumb = |run: &Stretch| {
+            run.samples.len() < LEAST_ARM
+                && zones
+                    .iter()
+                    .any(|zone| run.samples.iter().all(|s| is_in(s.along, zone)))
+        };
+        for run in runs(stretch).into_iter().filter(|run| !crumb(run)) {
             let joined = pieces
                 .last_mut()
                 .is_some_and(|piece| join(piece, &run, &zones));
@@ -38,18 +49,24 @@ pub(super) fn unbroken(stretches: Vec<Stretch>, grid: &DecodedGrid) -> Vec<Stret
             }
         }
     }
+    for piece in &mut pieces {
+        let samples = &mut piece.samples;
+        samples.truncate(samples.len().saturating_sub(OVER_END));
+        samples.drain(..OVER_END.min(samples.len()));
+    }
     pieces.retain(|piece| piece.samples.len() >= LEAST_POINTS);
     pieces
 }
 
-/// Where other lines cross: from and to along the stretch, camera px.
+/// Where other lines cross and disturb this one: from and to along the stretch, camera px.
 fn zones(stretch: &Stretch, grid: &DecodedGrid) -> Vec<(f64, f64)> {
-    let on_line = |index| line_of(index, stretch.axis) == stretch.line;
-    let crossings = grid.crossings.iter().filter(|c| on_line(c.index));
+    let crossings = grid
+        .placed()
+        .filter(|c| c.index.line(stretch.axis) == stretch.line);
     crossings
         .map(|crossing| {
             let centre = stretch.way.turn(crossing.centre).0;
-            let half = super::ends::half_width_along(crossing, stretch.way);
+            let half = disturbed_px(crossing, stretch.axis, stretch.way);
             (centre - half, centre + half)
         })
         .collect()
@@ -90,6 +107,10 @@ fn goes_on(run: &[Sample], next: Sample) -> bool {
     gap > 0.0 && gap <= 1.5 && step.abs() <= STEP_PX
 }
 
+fn is_in(along: f64, &(from, to): &(f64, f64)) -> bool {
+    (from..=to).contains(&along)
+}
+
 /// Adds a run to the piece before it when the gap between them can be filled.
 fn join(piece: &mut Stretch, run: &Stretch, zones: &[(f64, f64)]) -> bool {
     let same = piece.axis == run.axis && piece.line == run.line && piece.way == run.way;
@@ -98,10 +119,9 @@ fn join(piece: &mut Stretch, run: &Stretch, zones: &[(f64, f64)]) -> bool {
     if !same || gap <= 0.0 {
         return false;
     }
-    // a crossing's surroundings reach beyond its edges by what the blur disturbs
     let crossing = zones
         .iter()
-        .any(|&(from, to)| from - SHORT_GAP_PX <= last.along && first.along <= to + SHORT_GAP_PX);
+        .any(|zone| is_in(last.along, zone) && is_in(first.along, zone));
     if gap > SHORT_GAP_PX + 1.0 && !crossing {
         return false;
     }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::grid::DecodedCrossing;
+use shared::pattern::GridIndex;
 
 /// A flat line at y = 100.5 over some pixels of x, moved down from `step_at` on.
 fn track(line: Option<u16>, x: impl Iterator<Item = u32>, step_at: u32, step_px: f64) -> LineTrack {
@@ -52,7 +53,7 @@ fn a_crossing_zone_is_filled_and_a_gap_beside_it_is_not() {
     };
     let filled = gap_at(36, 44);
     assert_eq!(filled.len(), 1);
-    assert_eq!(filled[0].points.len(), 80);
+    assert_eq!(filled[0].points.len(), 76, "two are taken off each end");
     let cut = gap_at(60, 70);
     assert_eq!(cut.len(), 2);
 }
@@ -68,20 +69,49 @@ fn a_step_cuts_the_line_even_inside_a_crossing() {
 }
 
 #[test]
-fn an_end_goes_on_for_one_pitch_and_not_where_numbers_differ() {
-    let tracks = || {
+fn an_end_goes_on_to_the_next_step_and_not_where_numbers_meet() {
+    let tracks = |step_at| {
         vec![
             track(Some(3), 10..40, 1000, 0.0),
-            track(None, 40..90, 1000, 0.0),
+            track(None, 40..90, step_at, 4.0),
         ]
     };
     let known = vec![crossing(3, 0, 10.0), crossing(3, 1, 40.0)];
-    let lines = find_dense_lines(&grid(tracks(), known.clone()));
+    let last_x = |lines: &[DenseLine]| lines[0].points.last().unwrap().position.x;
+    let lines = find_dense_lines(&grid(tracks(1000), known.clone()));
     assert_eq!(lines.len(), 1);
-    let last = lines[0].points.last().unwrap();
-    assert!((last.position.x - 69.5).abs() < 1.0, "{}", last.position.x);
-    assert!(last.confidence < 1.0);
-    let other = [known, vec![crossing(4, 2, 85.0)]].concat();
-    let lines = find_dense_lines(&grid(tracks(), other));
-    assert_eq!(lines[0].points.len(), 30);
+    assert!(last_x(&lines) > 85.0, "{}", last_x(&lines));
+    assert!(lines[0].points.last().unwrap().confidence < 1.0);
+    let stepping = find_dense_lines(&grid(tracks(70), known.clone()));
+    assert!(last_x(&stepping) < 70.0, "{}", last_x(&stepping));
+    let another = crossing(4, 2, 85.0);
+    let contested = [known.clone(), vec![another.clone()]].concat();
+    let lines = find_dense_lines(&grid(tracks(1000), contested));
+    assert!(lines.iter().all(|line| line.line == 3));
+    assert!(last_x(&lines) < 40.0, "{}", last_x(&lines));
+    let stepping = vec![
+        track(Some(3), 10..40, 1000, 0.0),
+        track(None, (40..60).chain(70..90), 1000, 0.0),
+    ];
+    let lines = find_dense_lines(&grid(stepping, [known, vec![another]].concat()));
+    let numbers: Vec<u16> = lines.iter().map(|line| line.line).collect();
+    assert_eq!(numbers, [3, 4], "a gap parts the two numbers");
+}
+
+#[test]
+fn a_crossing_without_an_arm_numbers_its_line() {
+    let mut alone = grid(vec![track(None, 10..90, 1000, 0.0)], Vec::new());
+    assert!(find_dense_lines(&alone).is_empty());
+    alone.partial = vec![crossing(3, 1, 12.0)];
+    let lines = find_dense_lines(&alone);
+    assert_eq!(lines.len(), 1);
+    assert_eq!(lines[0].line, 3);
+}
+
+#[test]
+fn crumbs_of_a_line_within_a_crossing_do_not_part_it() {
+    let x = (10..90).filter(|x| !(35..39).contains(x) && !(41..45).contains(x));
+    let tracks = vec![track(Some(3), x, 1000, 0.0)];
+    let lines = find_dense_lines(&grid(tracks, vec![crossing(3, 1, 40.0)]));
+    assert_eq!(lines.len(), 1);
 }

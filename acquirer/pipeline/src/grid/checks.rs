@@ -1,9 +1,9 @@
 //! Whether labels agree with where they are seen.
 //!
-//! Takes labelled crossings, gives those that contradict the epipolar geometry: of the calibration if there
-//! is one, else of a fundamental matrix fitted to the labels themselves by RANSAC (M. Fischler and
-//! R. Bolles 1981; R. Hartley's eight points 1997; Sampson's distance). A wrong label that happens to
-//! slide along its epipolar line passes quietly.
+//! Takes labelled crossings, gives how far each is from its epipolar line: of the calibration if there is one, else of
+//! a fundamental matrix fitted to the labels themselves by RANSAC (M. Fischler and R. Bolles 1981; R. Hartley's eight
+//! points 1997; Sampson's distance). A wrong label that happens to slide along its epipolar line passes quietly. A
+//! flat scene tells one matrix of many: what stands before it then seems to contradict, and is left out.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use shared::geometry::{CameraPixel, ProjectorPixel, RigCalibration};
@@ -13,17 +13,46 @@ use super::DecodeSettings;
 /// Where a crossing is seen, and where it was projected from.
 pub(super) type Match = (CameraPixel, ProjectorPixel);
 
-/// For each match whether it contradicts the calibration.
-pub(super) fn against_calibration(
-    matches: &[Match],
-    calibration: &RigCalibration,
-    settings: &DecodeSettings,
-) -> Vec<bool> {
-    let off = |&(camera, projector): &Match| {
-        let distance = calibration.sampson_px(camera, projector);
-        distance.is_none_or(|distance| distance > settings.epipolar_px)
-    };
-    matches.iter().map(off).collect()
+/// What is known about where a projected point can be seen.
+pub(super) enum Geometry<'a> {
+    /// All of it.
+    Rig(&'a RigCalibration, f64),
+    /// What the labels tell.
+    Labels(Epipolar),
+    /// Nothing: too few labels.
+    Unknown,
+}
+
+impl<'a> Geometry<'a> {
+    /// That of the calibration, with the largest distance from an epipolar line in camera px.
+    pub(super) fn of_rig(calibration: &'a RigCalibration, settings: &DecodeSettings) -> Self {
+        Self::Rig(calibration, settings.epipolar_px)
+    }
+
+    /// That which the matches tell, to within `limit_px` camera px.
+    pub(super) fn of_labels(matches: &[Match], limit_px: f64) -> Self {
+        Epipolar::of(matches, limit_px).map_or(Self::Unknown, Self::Labels)
+    }
+
+    /// Distance (Sampson) of a match from its epipolar line as a share of the largest that is allowed; `None` where
+    /// the camera can't see it at all.
+    pub(super) fn distance(&self, (camera, projector): Match) -> Option<f64> {
+        match self {
+            Self::Rig(rig, limit_px) => Some(rig.sampson_px(camera, projector)? / limit_px),
+            Self::Labels(epipolar) => Some(epipolar.distance((camera, projector))),
+            Self::Unknown => Some(0.0),
+        }
+    }
+
+    /// Whether a match can't be right.
+    pub(super) fn contradicts(&self, matched: Match) -> bool {
+        self.distance(matched).is_none_or(|distance| distance > 1.0)
+    }
+
+    /// Whether positions tell anything.
+    pub(super) fn is_known(&self) -> bool {
+        !matches!(self, Self::Unknown)
+    }
 }
 
 /// Matches that a fundamental matrix is fitted to.
@@ -31,24 +60,44 @@ const SAMPLE: usize = 8;
 /// Most samples that are tried.
 const MOST_ROUNDS: usize = 100;
 
-/// For each match whether it lies further than `limit_px` from the epipolar line that the others give. Without
-/// enough of them none does.
-pub(super) fn against_each_other(matches: &[Match], limit_px: f64) -> Vec<bool> {
-    const FEWEST: usize = 20;
-    if matches.len() < FEWEST {
-        return vec![false; matches.len()];
+/// The epipolar geometry that labels tell without a calibration.
+#[derive(Debug)]
+pub(super) struct Epipolar {
+    fundamental: Matrix3<f64>,
+    camera: Scaling,
+    projector: Scaling,
+    limit_px: f64,
+}
+
+impl Epipolar {
+    /// The geometry that most matches agree with, to within `limit_px`; `None` with too few of them.
+    fn of(matches: &[Match], limit_px: f64) -> Option<Self> {
+        const FEWEST: usize = 20;
+        if matches.len() < FEWEST {
+            return None;
+        }
+        let points = Normalised::new(matches);
+        let fundamental = points.consensus(limit_px * points.camera_scaling.scale)?;
+        let mut found = Self {
+            fundamental,
+            camera: points.camera_scaling,
+            projector: points.projector_scaling,
+            limit_px,
+        };
+        let mut distances: Vec<f64> = matches.iter().map(|&m| found.distance(m)).collect();
+        distances.sort_by(f64::total_cmp);
+        // lens distortion is not in the model: what most labels share is not held against any of them
+        found.limit_px *= (5.0 * distances[distances.len() / 2]).max(1.0);
+        Some(found)
     }
-    let points = Normalised::new(matches);
-    let limit = limit_px * points.camera_scale;
-    let Some(f) = points.consensus(limit) else {
-        return vec![false; matches.len()];
-    };
-    let distances: Vec<f64> = (0..matches.len()).map(|k| points.sampson(&f, k)).collect();
-    let mut sorted = distances.clone();
-    sorted.sort_by(f64::total_cmp);
-    // lens distortion is not in the model: what most labels share is not held against any of them
-    let limit = limit.max(5.0 * sorted[sorted.len() / 2]);
-    distances.into_iter().map(|d| d > limit).collect()
+
+    /// Sampson's distance from the epipolar line as a share of the limit.
+    fn distance(&self, (camera, projector): Match) -> f64 {
+        let camera_point = self.camera.point((camera.x, camera.y));
+        let projector_point = self.projector.point((projector.x, projector.y));
+        let distance = sampson(&self.fundamental, &camera_point, &projector_point);
+        distance / (self.camera.scale * self.limit_px)
+    }
 }
 
 fn next_random(state: &mut u64) -> usize {
@@ -70,17 +119,21 @@ fn rounds_for(right_share: f64) -> usize {
 struct Normalised {
     camera: Vec<Vector3<f64>>,
     projector: Vec<Vector3<f64>>,
-    camera_scale: f64,
+    camera_scaling: Scaling,
+    projector_scaling: Scaling,
 }
 
 impl Normalised {
     fn new(matches: &[Match]) -> Self {
-        let (camera, camera_scale) = normalise(matches.iter().map(|m| (m.0.x, m.0.y)));
-        let (projector, _) = normalise(matches.iter().map(|m| (m.1.x, m.1.y)));
+        let camera = matches.iter().map(|m| (m.0.x, m.0.y));
+        let projector = matches.iter().map(|m| (m.1.x, m.1.y));
+        let camera_scaling = Scaling::of(camera.clone());
+        let projector_scaling = Scaling::of(projector.clone());
         Self {
-            camera,
-            projector,
-            camera_scale,
+            camera: camera.map(|p| camera_scaling.point(p)).collect(),
+            projector: projector.map(|p| projector_scaling.point(p)).collect(),
+            camera_scaling,
+            projector_scaling,
         }
     }
 
@@ -128,14 +181,19 @@ impl Normalised {
         all.filter(|&k| self.sampson(f, k) < limit).collect()
     }
 
-    fn fundamental(&self, chosen: impl Iterator<Item = usize>) -> Option<Matrix3<f64>> {
+    /// The sum that a fundamental matrix makes least.
+    fn normal(&self, chosen: impl Iterator<Item = usize>) -> SMatrix<f64, 9, 9> {
         let mut normal = SMatrix::<f64, 9, 9>::zeros();
         for k in chosen {
             let (c, p) = (&self.camera[k], &self.projector[k]);
             let row = SVector::<f64, 9>::from_fn(|i, _| p[i / 3] * c[i % 3]);
             normal += row * row.transpose();
         }
-        let eigen = normal.symmetric_eigen();
+        normal
+    }
+
+    fn fundamental(&self, chosen: impl Iterator<Item = usize>) -> Option<Matrix3<f64>> {
+        let eigen = self.normal(chosen).symmetric_eigen();
         let (least, _) = eigen.eigenvalues.argmin();
         let f = Matrix3::from_row_slice(eigen.eigenvectors.column(least).as_slice());
         let mut svd = f.svd(true, true);
@@ -146,24 +204,42 @@ impl Normalised {
     }
 
     fn sampson(&self, f: &Matrix3<f64>, k: usize) -> f64 {
-        let (c, p) = (&self.camera[k], &self.projector[k]);
-        let (on_projector, on_camera) = (f * c, f.transpose() * p);
-        let slope = on_projector.xy().norm_squared() + on_camera.xy().norm_squared();
-        p.dot(&on_projector).abs() / slope.sqrt().max(1e-12)
+        sampson(f, &self.camera[k], &self.projector[k])
     }
 }
 
-fn normalise(points: impl Iterator<Item = (f64, f64)> + Clone) -> (Vec<Vector3<f64>>, f64) {
-    let n = points.clone().count().max(1) as f64;
-    let (x, y) = points
-        .clone()
-        .fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
-    let spread = points
-        .clone()
-        .map(|p| (p.0 - x).hypot(p.1 - y))
-        .sum::<f64>()
-        / n;
-    let scale = std::f64::consts::SQRT_2 / spread.max(1e-9);
-    let scaled = points.map(|p| Vector3::new((p.0 - x) * scale, (p.1 - y) * scale, 1.0));
-    (scaled.collect(), scale)
+/// Sampson's distance in the camera's coordinates.
+fn sampson(f: &Matrix3<f64>, camera: &Vector3<f64>, projector: &Vector3<f64>) -> f64 {
+    let (on_projector, on_camera) = (f * camera, f.transpose() * projector);
+    let slope = on_projector.xy().norm_squared() + on_camera.xy().norm_squared();
+    projector.dot(&on_projector).abs() / slope.sqrt().max(1e-12)
+}
+
+/// Shifts points to their mean and scales their mean distance from it to the root of 2.
+#[derive(Debug, Clone, Copy)]
+struct Scaling {
+    middle: (f64, f64),
+    scale: f64,
+}
+
+impl Scaling {
+    fn of(points: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let n = points.clone().count().max(1) as f64;
+        let (x, y) = points
+            .clone()
+            .fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
+        let spread = points.map(|p| (p.0 - x).hypot(p.1 - y)).sum::<f64>() / n;
+        Self {
+            middle: (x, y),
+            scale: std::f64::consts::SQRT_2 / spread.max(1e-9),
+        }
+    }
+
+    fn point(&self, (x, y): (f64, f64)) -> Vector3<f64> {
+        Vector3::new(
+            (x - self.middle.0) * self.scale,
+            (y - self.middle.1) * self.scale,
+            1.0,
+        )
+    }
 }

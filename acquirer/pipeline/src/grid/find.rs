@@ -4,21 +4,24 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use shared::{
-    geometry::{CameraPixel, ProjectorPixel, RigCalibration},
+    geometry::{ProjectorPixel, RigCalibration},
     pattern::{Axis, Grid, GridIndex},
 };
 
 use super::{
-    DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LinePoint, LineTrack, checks,
+    DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LineTrack,
+    checks::{Geometry, Match},
     code::{Code, Orientation},
-    labels::{Decoder, Label},
-    links::{Link, Patch, find_patches},
+    labels::{Decoder, EpipolarDistance, Label},
+    links::{Link, Patch, find_patches, regular_links},
+    rest::{Numbers, label_rest},
+    stretches::find_stretches,
     vertices::{Neighbours, Placement, find_vertices},
 };
 use crate::{
     Projected,
     colours::Colours,
-    crossings::{Crossings, median_gap},
+    crossings::{Crossing, Crossings, median_gap},
     lines::Lines,
 };
 
@@ -90,6 +93,13 @@ impl Decoding {
         }
     }
 
+    fn codes_of(&self, orientation: Orientation) -> [&Code; 2] {
+        let same = Orientation::ALL.iter().zip(&self.codes);
+        let mut same = same.filter(|(way, _)| **way == orientation);
+        same.next()
+            .map_or(self.codes[0].each_ref(), |(_, codes)| codes.each_ref())
+    }
+
     /// Decodes a picture of the grid.
     #[must_use]
     pub fn find_grid(
@@ -99,7 +109,8 @@ impl Decoding {
         calibration: Option<&RigCalibration>,
         settings: &DecodeSettings,
     ) -> DecodedGrid {
-        let (links, patches) = find_patches(observed.crossings, settings);
+        let links = regular_links(observed.crossings, settings);
+        let (closed, patches) = find_patches(&links, observed.crossings.all.len());
         let reading = Reading {
             decoding: self,
             observed,
@@ -107,9 +118,11 @@ impl Decoding {
             calibration,
             settings,
             links: &links,
+            closed: &closed,
+            gaps_px: Axis::BOTH.map(|along| median_gap(observed.crossings, along)),
         };
         let (orientation, labels) = reading.best_orientation(&patches);
-        reading.finish(orientation, &labels)
+        reading.finish(orientation, labels)
     }
 }
 
@@ -119,10 +132,18 @@ struct Reading<'a> {
     projected: &'a Projected,
     calibration: Option<&'a RigCalibration>,
     settings: &'a DecodeSettings,
+    /// All links between neighbours.
     links: &'a [Link],
+    /// Those of closed cells.
+    closed: &'a [Link],
+    /// Typical gap between crossings along flat and along steep lines, camera px.
+    gaps_px: [f64; 2],
 }
 
 type Labels = BTreeMap<usize, Label>;
+
+/// What has become of a crossing.
+pub(super) type Outcome = Result<DecodedCrossing, DropReason>;
 
 impl Reading<'_> {
     /// Tries how the pattern may stand in the picture, until one explains most crossings.
@@ -130,20 +151,17 @@ impl Reading<'_> {
         let linked: usize = patches.iter().map(|patch| patch.nodes.len()).sum();
         let mut best: Option<(usize, Orientation, Labels)> = None;
         for (orientation, codes) in Orientation::ALL.into_iter().zip(&self.decoding.codes) {
-            let [flat, steep] = codes;
+            let geometry = self
+                .calibration
+                .map(|rig| Geometry::of_rig(rig, self.settings));
             let placement = self.placement(orientation);
-            let epipolar = |node: usize, flat: u16, steep: u16| {
-                let from = self.projector_centre(index(&placement, flat, steep)?);
-                let seen = self.observed.crossings.all[node].centre;
-                self.calibration?.sampson_px(seen, from)
-            };
+            let epipolar = geometry.as_ref().map(|g| self.distance(&placement, g));
             let decoder = Decoder {
-                flat,
-                steep,
+                codes: codes.each_ref(),
                 colours: self.observed.colours,
-                links: self.links,
+                links: self.closed,
                 settings: self.settings,
-                epipolar: self.calibration.map(|_| &epipolar as _),
+                epipolar: epipolar.as_deref(),
             };
             let labels = decoder.label(patches);
             let known = labels
@@ -168,46 +186,53 @@ impl Reading<'_> {
             grid: &self.projected.pattern.coded,
             raster: self.projected.raster,
             orientation,
+            gaps_px: self.gaps_px,
         }
     }
 
-    fn finish(&self, orientation: Orientation, labels: &Labels) -> DecodedGrid {
+    /// How far a crossing lies from the epipolar line of a flat and a steep line's numbers.
+    fn distance<'a>(
+        &'a self,
+        placement: &'a Placement<'_>,
+        geometry: &'a Geometry<'_>,
+    ) -> Box<EpipolarDistance<'a>> {
+        Box::new(move |node, flat, steep| {
+            let from = self.projector_centre(index(placement, flat, steep)?);
+            geometry.distance((self.observed.crossings.all[node].centre, from))
+        })
+    }
+
+    fn finish(&self, orientation: Orientation, mut labels: Labels) -> DecodedGrid {
         let crossings = self.observed.crossings;
         let placement = self.placement(orientation);
-        let neighbours = Neighbours::new(crossings.all.len(), self.links);
-        let mut outcome: Vec<Result<DecodedCrossing, DropReason>> = Vec::new();
-        for (node, crossing) in crossings.all.iter().enumerate() {
-            outcome.push(match labels.get(&node) {
-                Some(&Label::Known {
-                    flat,
-                    steep,
-                    confidence,
-                }) if crossing.is_whole() => {
-                    let vertices =
-                        find_vertices(node, (flat, steep), crossings, &neighbours, &placement);
-                    let index = index(&placement, flat, steep);
-                    vertices
-                        .zip(index)
-                        .ok_or(DropReason::BrokenLine)
-                        .map(|(vertices, index)| DecodedCrossing {
-                            index,
-                            centre: crossing.centre,
-                            vertices,
-                            confidence,
-                        })
-                }
-                Some(Label::Known { .. }) | None => Err(DropReason::BrokenLine),
-                Some(&Label::Dropped(reason)) => Err(reason),
-            });
+        let mut outcome = self.place(&placement, &labels);
+        let geometry = self.geometry(&outcome);
+        self.check_positions(&geometry, &mut outcome);
+        if self.stand_apart()
+            && geometry.is_known()
+            && self.label_rest(&placement, &geometry, &outcome, &mut labels)
+        {
+            outcome = self.place(&placement, &labels);
+            self.check_positions(&geometry, &mut outcome);
         }
-        self.check_positions(&mut outcome);
-        keep_one_of_each(&mut outcome);
-        self.find_causes(&mut outcome);
-        let tracks = self.tracks(&placement, &outcome);
+        self.keep_one_of_each(&mut outcome);
+        self.find_contradictions(orientation, &labels, &mut outcome);
         let mut grid = DecodedGrid {
-            tracks,
+            tracks: self.tracks(&placement, &outcome),
             ..DecodedGrid::default()
         };
+        let neighbours = self.neighbours(&labels);
+        let before_edge = self.before_an_edge(&placement, &outcome);
+        for (node, (crossing, outcome)) in crossings.all.iter().zip(&mut outcome).enumerate() {
+            let whole = crossing.is_whole() && neighbours.on_both_lines(node);
+            if let Ok(decoded) = outcome
+                && (!whole || before_edge[node])
+            {
+                grid.partial.push(decoded.clone());
+                *outcome = Err(DropReason::BrokenLine);
+            }
+        }
+        self.find_causes(&mut outcome);
         for (crossing, outcome) in crossings.all.iter().zip(outcome) {
             match outcome {
                 Ok(decoded) => grid.crossings.push(decoded),
@@ -221,8 +246,166 @@ impl Reading<'_> {
         grid
     }
 
+    /// Every crossing with its label's place in the pattern and its vertices.
+    fn place(&self, placement: &Placement<'_>, labels: &Labels) -> Vec<Outcome> {
+        let crossings = self.observed.crossings;
+        let neighbours = self.neighbours(labels);
+        let place = |(node, crossing): (usize, &Crossing)| match labels.get(&node) {
+            Some(&Label::Known {
+                flat,
+                steep,
+                confidence,
+            }) => {
+                let vertices =
+                    find_vertices(node, (flat, steep), crossings, &neighbours, placement);
+                let index = index(placement, flat, steep);
+                index
+                    .ok_or(DropReason::NotInCode)
+                    .map(|index| DecodedCrossing {
+                        index,
+                        centre: crossing.centre,
+                        vertices,
+                        confidence,
+                    })
+            }
+            Some(&Label::Dropped(reason)) => Err(reason),
+            None => Err(DropReason::BrokenLine),
+        };
+        crossings.all.iter().enumerate().map(place).collect()
+    }
+
+    /// The neighbours of each crossing whose labels are those of neighbours.
+    fn neighbours(&self, labels: &Labels) -> Neighbours {
+        let agreeing = self.links.iter().filter(|link| link.agrees(labels));
+        Neighbours::new(self.observed.crossings.all.len(), agreeing)
+    }
+
+    /// Labels what the patches left, if anything.
+    fn label_rest(
+        &self,
+        placement: &Placement<'_>,
+        geometry: &Geometry<'_>,
+        outcome: &[Outcome],
+        labels: &mut Labels,
+    ) -> bool {
+        let known: Vec<Option<Numbers>> = (0..outcome.len())
+            .map(|node| match labels.get(&node) {
+                Some(&Label::Known { flat, steep, .. }) if outcome[node].is_ok() => {
+                    Some((flat.into(), steep.into()))
+                }
+                _ => None,
+            })
+            .collect();
+        let codes = self.decoding.codes_of(placement.orientation);
+        let epipolar = self.distance(placement, geometry);
+        let decoder = Decoder {
+            codes,
+            colours: self.observed.colours,
+            links: self.links,
+            settings: self.settings,
+            epipolar: Some(&*epipolar),
+        };
+        let more = label_rest(&decoder, &known, self.links);
+        let any = !more.is_empty();
+        labels.extend(more);
+        any
+    }
+
+    fn geometry(&self, outcome: &[Outcome]) -> Geometry<'_> {
+        if let Some(rig) = self.calibration {
+            return Geometry::of_rig(rig, self.settings);
+        }
+        let matches: Vec<Match> = outcome.iter().flatten().map(|c| self.matched(c)).collect();
+        Geometry::of_labels(&matches, self.uncalibrated_limit_px())
+    }
+
+    fn matched(&self, crossing: &DecodedCrossing) -> Match {
+        (crossing.centre, self.projector_centre(crossing.index))
+    }
+
+    /// Crossings whose line becomes another one before its next crossing, with a colour that does not tell the two
+    /// apart: the edge of a surface may pass through such a crossing, and part of its vertices stand elsewhere.
+    fn before_an_edge(&self, placement: &Placement<'_>, outcome: &[Outcome]) -> Vec<bool> {
+        let crossings = self.observed.crossings;
+        let mut before_edge = vec![false; outcome.len()];
+        for (family, gap_px) in Axis::BOTH.into_iter().zip(self.gaps_px) {
+            let axis = placement.orientation.pattern_axis(family);
+            let symbols = self.projected.pattern.coded.symbols(axis);
+            let evidence = self.observed.colours.on(family);
+            let may_be = |node: usize, line: u16, other: u16| {
+                let nats =
+                    |line: u16| evidence[node].nats[usize::from(symbols[usize::from(line)].0)];
+                f64::from(nats(line) - nats(other)) < self.settings.contradiction_nats
+            };
+            for pair in crossings.on(family).iter().flat_map(|on| on.windows(2)) {
+                let [a, b] = [pair[0], pair[1]];
+                let gap = crossings.all[b].along(family) - crossings.all[a].along(family);
+                let (Ok(one), Ok(other)) = (&outcome[a], &outcome[b]) else {
+                    continue;
+                };
+                let [one, other] = [one, other].map(|crossing| crossing.index.line(axis));
+                if one != other && gap < self.settings.longest_gap * gap_px {
+                    before_edge[a] |= may_be(a, one, other);
+                    before_edge[b] |= may_be(b, other, one);
+                }
+            }
+        }
+        before_edge
+    }
+
+    fn tracks(&self, placement: &Placement<'_>, outcome: &[Outcome]) -> Vec<LineTrack> {
+        let of_family = |family| {
+            let axis = placement.orientation.pattern_axis(family);
+            let lines = self.observed.lines.family(family);
+            find_stretches((family, axis), lines, self.observed.crossings, outcome)
+        };
+        Axis::BOTH.into_iter().flat_map(of_family).collect()
+    }
+
+    /// A crossing without a place whose own colour speaks against the line that it is seen on breaks that line: it
+    /// may be another one there.
+    fn find_contradictions(
+        &self,
+        orientation: Orientation,
+        labels: &Labels,
+        outcome: &mut [Outcome],
+    ) {
+        let mut against = Vec::new();
+        for (family, code) in Axis::BOTH
+            .into_iter()
+            .zip(self.decoding.codes_of(orientation))
+        {
+            let number = |node: &usize| match labels.get(node) {
+                Some(Label::Known { flat, steep, .. }) if outcome[*node].is_ok() => {
+                    Some(if family == Axis::Row { *flat } else { *steep })
+                }
+                _ => None,
+            };
+            let evidence = self.observed.colours.on(family);
+            for on in self.observed.crossings.on(family) {
+                for (at, &node) in on.iter().enumerate().filter(|(_, k)| outcome[**k].is_err()) {
+                    let before = on[..at].iter().rev().find_map(number);
+                    let after = on[at + 1..].iter().find_map(number);
+                    let mut around = [before, after].into_iter().flatten().peekable();
+                    let fits = |line: u16| {
+                        code.symbol(line.into()).is_some_and(|symbol| {
+                            let nats = f64::from(evidence[node].nats[usize::from(symbol)]);
+                            nats >= -self.settings.contradiction_nats
+                        })
+                    };
+                    if around.peek().is_some() && !around.any(fits) {
+                        against.push(node);
+                    }
+                }
+            }
+        }
+        for node in against {
+            outcome[node] = Err(DropReason::AmbiguousColour);
+        }
+    }
+
     /// Behind a broken line or an unclear colour often stands light that was too weak or too strong.
-    fn find_causes(&self, outcome: &mut [Result<DecodedCrossing, DropReason>]) {
+    fn find_causes(&self, outcome: &mut [Outcome]) {
         for (node, outcome) in outcome.iter_mut().enumerate() {
             let Err(reason @ (DropReason::BrokenLine | DropReason::AmbiguousColour)) = outcome
             else {
@@ -240,30 +423,28 @@ impl Reading<'_> {
         }
     }
 
-    fn check_positions(&self, outcome: &mut [Result<DecodedCrossing, DropReason>]) {
-        let known: Vec<usize> = (0..outcome.len()).filter(|&k| outcome[k].is_ok()).collect();
-        let matches: Vec<checks::Match> = outcome
-            .iter()
-            .flatten()
-            .map(|crossing| (crossing.centre, self.projector_centre(crossing.index)))
-            .collect();
-        let off = match self.calibration {
-            Some(calibration) => checks::against_calibration(&matches, calibration, self.settings),
-            None => checks::against_each_other(&matches, self.uncalibrated_limit_px()),
-        };
-        for (k, off) in known.into_iter().zip(off) {
-            if off {
-                outcome[k] = Err(DropReason::OffEpipolarLine);
+    fn check_positions(&self, geometry: &Geometry<'_>, outcome: &mut [Outcome]) {
+        for outcome in outcome {
+            if let Ok(crossing) = outcome
+                && geometry.contradicts(self.matched(crossing))
+            {
+                *outcome = Err(DropReason::OffEpipolarLine);
             }
         }
+    }
+
+    /// Whether the lines stand so far apart that the distance from an epipolar line tells neighbours apart.
+    fn stand_apart(&self) -> bool {
+        const SHARE_OF_PITCH: f64 = 0.25;
+        let [a, b] = self.gaps_px;
+        self.settings.epipolar_px <= SHARE_OF_PITCH * a.min(b)
     }
 
     /// A wrong label is off by a whole pitch at least, so a good part of it is allowed for what an uncalibrated
     /// check does not know, above all lens distortion.
     fn uncalibrated_limit_px(&self) -> f64 {
         const SHARE_OF_PITCH: f64 = 0.2;
-        let crossings = self.observed.crossings;
-        let [a, b] = Axis::BOTH.map(|axis| median_gap(crossings, axis));
+        let [a, b] = self.gaps_px;
         self.settings.epipolar_px.max(SHARE_OF_PITCH * a.min(b))
     }
 
@@ -276,33 +457,28 @@ impl Reading<'_> {
         ProjectorPixel::new(line(Axis::Column, index.column), line(Axis::Row, index.row))
     }
 
-    /// The tracks, cut where their line number changes between two crossings.
-    fn tracks(
-        &self,
-        placement: &Placement<'_>,
-        outcome: &[Result<DecodedCrossing, DropReason>],
-    ) -> Vec<LineTrack> {
-        let mut tracks = Vec::new();
-        for family in Axis::BOTH {
-            let axis = placement.orientation.pattern_axis(family);
-            let lines = self.observed.lines.family(family);
-            for (track, on) in lines.tracks.iter().zip(self.observed.crossings.on(family)) {
-                let mut known = Vec::new();
-                for &k in on {
-                    if let Ok(crossing) = &outcome[k] {
-                        let line = match axis {
-                            Axis::Row => crossing.index.row,
-                            Axis::Column => crossing.index.column,
-                        };
-                        let at = self.observed.crossings.all[k].along(family);
-                        let half = half_width(crossing, axis);
-                        known.push((at, line, half, crossing.confidence));
-                    }
+    /// Of crossings with one label a whole one stays, then the most confident.
+    fn keep_one_of_each(&self, outcome: &mut [Outcome]) {
+        let all = &self.observed.crossings.all;
+        let mut best: BTreeMap<GridIndex, (usize, (bool, f64))> = BTreeMap::new();
+        for k in 0..outcome.len() {
+            let Ok(crossing) = &outcome[k] else { continue };
+            let (index, rank) = (crossing.index, (all[k].is_whole(), crossing.confidence));
+            let loser = match best.get(&index) {
+                Some(&(_, other)) if other >= rank => Some(k),
+                Some(&(other, _)) => {
+                    best.insert(index, (k, rank));
+                    Some(other)
                 }
-                tracks.extend(stretches(track, family, axis, &known, 0.5 * lines.width_px));
+                None => {
+                    best.insert(index, (k, rank));
+                    None
+                }
+            };
+            if let Some(loser) = loser {
+                outcome[loser] = Err(DropReason::OffEpipolarLine);
             }
         }
-        tracks
     }
 }
 
@@ -316,89 +492,4 @@ fn index(placement: &Placement<'_>, flat: u16, steep: u16) -> Option<GridIndex> 
     };
     let inside = |axis, line: u16| usize::from(line) < placement.grid.lines(axis);
     (inside(Axis::Row, row) && inside(Axis::Column, column)).then_some(GridIndex { row, column })
-}
-
-/// Half the width of a crossing's line of the given pattern axis, in camera pixels.
-fn half_width(crossing: &DecodedCrossing, axis: Axis) -> f64 {
-    let [upper_left, upper_right, _, lower_left] = crossing.vertices;
-    let other = match axis {
-        Axis::Row => lower_left,
-        Axis::Column => upper_right,
-    };
-    0.5 * (other.x - upper_left.x).hypot(other.y - upper_left.y)
-}
-
-/// A known crossing on a track: position along, line number, half width, confidence.
-type Known = (f64, u16, f64, f64);
-
-/// One track as stretches of one line number each. Between two crossings of one number every point has
-/// it; beyond the last and between different numbers none has.
-fn stretches(
-    track: &crate::lines::Track,
-    family: Axis,
-    axis: Axis,
-    known: &[Known],
-    half_width_px: f64,
-) -> Vec<LineTrack> {
-    let mut stretches: Vec<LineTrack> = Vec::new();
-    let mut next = 0;
-    for (k, &across) in track.across.iter().enumerate() {
-        if track.strength[k] <= 0.0 {
-            continue;
-        }
-        let along = track.along(k);
-        while next < known.len() && known[next].0 < along {
-            next += 1;
-        }
-        let (line, half_width_px, confidence) =
-            match (next.checked_sub(1).map(|k| known[k]), known.get(next)) {
-                (Some(a), Some(b)) if a.1 == b.1 => {
-                    let share = (along - a.0) / (b.0 - a.0).max(1e-9);
-                    (Some(a.1), a.2 + share * (b.2 - a.2), a.3.min(b.3))
-                }
-                _ => (None, half_width_px, 0.0),
-            };
-        let position = match family {
-            Axis::Row => CameraPixel::new(along, f64::from(across)),
-            Axis::Column => CameraPixel::new(f64::from(across), along),
-        };
-        if stretches.last().is_none_or(|stretch| stretch.line != line) {
-            stretches.push(LineTrack {
-                axis,
-                line,
-                points: Vec::new(),
-            });
-        }
-        if let Some(stretch) = stretches.last_mut() {
-            stretch.points.push(LinePoint {
-                position,
-                half_width_px,
-                confidence,
-            });
-        }
-    }
-    stretches
-}
-
-/// Of crossings with one label the most confident stays.
-fn keep_one_of_each(outcome: &mut [Result<DecodedCrossing, DropReason>]) {
-    let mut best: BTreeMap<GridIndex, (usize, f64)> = BTreeMap::new();
-    for k in 0..outcome.len() {
-        let Ok(crossing) = &outcome[k] else { continue };
-        let (index, confidence) = (crossing.index, crossing.confidence);
-        let loser = match best.get(&index) {
-            Some(&(_, other)) if other >= confidence => Some(k),
-            Some(&(other, _)) => {
-                best.insert(index, (k, confidence));
-                Some(other)
-            }
-            None => {
-                best.insert(index, (k, confidence));
-                None
-            }
-        };
-        if let Some(loser) = loser {
-            outcome[loser] = Err(DropReason::OffEpipolarLine);
-        }
-    }
 }

@@ -34,16 +34,20 @@ pub(super) enum Label {
     Dropped(DropReason),
 }
 
+/// A crossing's distance from the epipolar line of a flat and a steep line's numbers; `None` where it can't be seen.
+pub(super) type EpipolarDistance<'a> = dyn Fn(usize, u16, u16) -> Option<f64> + 'a;
+
 /// Decodes patches against the codes of the flat and the steep family.
+#[derive(Clone, Copy)]
 pub(super) struct Decoder<'a> {
-    pub(super) flat: &'a Code,
-    pub(super) steep: &'a Code,
+    /// The codes of the flat and of the steep family.
+    pub(super) codes: [&'a Code; 2],
     pub(super) colours: &'a Colours,
     pub(super) links: &'a [Link],
     pub(super) settings: &'a DecodeSettings,
-    /// With a calibration: how far in camera pixels (Sampson) a crossing lies from the epipolar line that it
-    /// would have with these numbers of its flat and its steep line.
-    pub(super) epipolar: Option<&'a dyn Fn(usize, u16, u16) -> Option<f64>>,
+    /// Where the geometry is known: how far a crossing lies from the epipolar line that it would have with these
+    /// numbers of its flat and its steep line, as a share of the largest distance that is allowed.
+    pub(super) epipolar: Option<&'a EpipolarDistance<'a>>,
 }
 
 impl Decoder<'_> {
@@ -60,12 +64,12 @@ impl Decoder<'_> {
 
     fn code(&self, family: Axis) -> &Code {
         match family {
-            Axis::Row => self.flat,
-            Axis::Column => self.steep,
+            Axis::Row => self.codes[0],
+            Axis::Column => self.codes[1],
         }
     }
 
-    fn evidence(
+    pub(super) fn evidence(
         &self,
         family: Axis,
         nodes: impl Iterator<Item = (usize, (i32, i32))>,
@@ -77,13 +81,13 @@ impl Decoder<'_> {
         lines
     }
 
-    fn places(&self, family: Axis, lines: &LineEvidence) -> Vec<Fit> {
+    pub(super) fn places(&self, family: Axis, lines: &LineEvidence) -> Vec<Fit> {
         self.code(family)
             .places(lines, self.settings.outside_nats as f32)
     }
 
     /// Cuts a patch where its parts stand at different places of the code.
-    fn parts(&self, patch: &Patch) -> Vec<Patch> {
+    pub(super) fn parts(&self, patch: &Patch) -> Vec<Patch> {
         if Axis::BOTH.iter().all(|&family| self.agrees(family, patch)) {
             return vec![patch.clone()];
         }
@@ -277,9 +281,8 @@ impl Decoder<'_> {
     /// The offsets of a part too small or too unclear for its colours alone: both codes together, each pair of
     /// offsets weighed by how well the crossings then lie on their epipolar lines.
     fn place_by_epipolar_lines(&self, part: &Patch) -> Option<([i32; 2], f64)> {
-        let epipolar = self.epipolar?;
-        let window = self.flat.window.max(self.steep.window);
-        if part.nodes.len() < 2 * window {
+        self.epipolar?;
+        if part.nodes.len() < 2 * self.window() {
             return None; // in a long code a few crossings find a place of their colours by chance
         }
         let [flat, steep] = Axis::BOTH.map(|family| {
@@ -289,46 +292,62 @@ impl Decoder<'_> {
             places.retain(|fit| fit.nats > least);
             places
         });
-        let mut fits: Vec<(f32, [i32; 2])> = Vec::new();
-        for a in &flat {
-            for b in &steep {
-                let offsets = [a.offset, b.offset];
-                let nats = a.nats + b.nats - self.epipolar_cost(part, offsets, epipolar);
-                fits.push((nats, offsets));
-            }
-        }
+        let pairs = flat.iter().flat_map(|a| steep.iter().map(move |b| (a, b)));
+        let fits = pairs.map(|(a, b)| {
+            let offsets = [a.offset, b.offset];
+            (a.nats + b.nats - self.epipolar_cost(part, offsets), offsets)
+        });
+        self.clearly_best(part, fits)
+    }
+
+    /// The longer window of the two codes.
+    pub(super) fn window(&self) -> usize {
+        self.codes[0].window.max(self.codes[1].window)
+    }
+
+    /// The likeliest offsets if they lead by the margin and the part then lies near its epipolar lines, and the
+    /// probability that they are right.
+    pub(super) fn clearly_best(
+        &self,
+        part: &Patch,
+        fits: impl Iterator<Item = (f32, [i32; 2])>,
+    ) -> Option<([i32; 2], f64)> {
+        let mut fits: Vec<(f32, [i32; 2])> = fits.collect();
         fits.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
         let &(best, offsets) = fits.first()?;
         let second = fits.get(1).map_or(f32::MIN, |fit| fit.0);
-        let near = self.epipolar_cost(part, offsets, epipolar) < part.nodes.len() as f32;
+        let near = part
+            .members()
+            .filter(|&m| self.off_line(m, offsets) < NEAR_NATS);
+        let near = 2 * near.count() > part.nodes.len();
         let clear = f64::from(best - second) >= self.settings.margin_nats;
         let certainty = 1.0 / (1.0 + rest(fits[1..].iter().map(|fit| fit.0), best));
         (near && clear).then_some((offsets, certainty))
     }
 
     /// What the distances from the epipolar lines speak against these offsets, in nats.
-    fn epipolar_cost(
-        &self,
-        part: &Patch,
-        offsets: [i32; 2],
-        epipolar: &dyn Fn(usize, u16, u16) -> Option<f64>,
-    ) -> f32 {
-        const MOST_NATS: f64 = 8.0; // for one crossing: it may be badly placed
-        let sigma = self.settings.epipolar_px / 3.0;
-        let cost = |(node, place): (usize, (i32, i32))| {
-            let [flat, steep] = [0, 1].map(|k| {
-                let line = line_of(Axis::BOTH[k], place) as i32 + offsets[k];
-                u16::try_from(line).ok()
-            });
-            let distance = epipolar(node, flat?, steep?)?;
-            Some((0.5 * (distance / sigma).powi(2)).min(MOST_NATS))
-        };
-        part.members()
-            .map(|member| cost(member).unwrap_or(MOST_NATS) as f32)
-            .sum()
+    pub(super) fn epipolar_cost(&self, part: &Patch, offsets: [i32; 2]) -> f32 {
+        let costs = part.members().map(|member| self.off_line(member, offsets));
+        costs.sum()
     }
 
-    fn label_one(
+    /// What one crossing's distance from its epipolar line speaks against these offsets, in nats.
+    fn off_line(&self, (node, place): (usize, (i32, i32)), offsets: [i32; 2]) -> f32 {
+        /// It may be badly placed.
+        const MOST_NATS: f64 = 8.0;
+        /// Standard deviation, as a share of the largest distance that is allowed.
+        const SIGMA: f64 = 1.0 / 3.0;
+        let number = |k: usize| {
+            let line = line_of(Axis::BOTH[k], place) as i32 + offsets[k];
+            u16::try_from(line).ok()
+        };
+        let distance = number(0)
+            .zip(number(1))
+            .and_then(|(flat, steep)| self.epipolar?(node, flat, steep));
+        distance.map_or(MOST_NATS, |d| (0.5 * (d / SIGMA).powi(2)).min(MOST_NATS)) as f32
+    }
+
+    pub(super) fn label_one(
         &self,
         node: usize,
         place: (i32, i32),
@@ -381,6 +400,9 @@ impl Decoder<'_> {
     }
 }
 
+/// A crossing lies near its epipolar line, 1.4 standard deviations, when that costs less, nats.
+const NEAR_NATS: f32 = 1.0;
+
 /// Places in the code whose colours fit so much worse than the best are not looked at again.
 const HOPELESS_NATS: f32 = 25.0;
 
@@ -390,7 +412,7 @@ fn rest(others: impl Iterator<Item = f32>, best: f32) -> f64 {
 }
 
 /// Which line of a family a place is on.
-fn line_of(family: Axis, place: (i32, i32)) -> usize {
+pub(super) fn line_of(family: Axis, place: (i32, i32)) -> usize {
     let line = match family {
         Axis::Row => place.0,
         Axis::Column => place.1,

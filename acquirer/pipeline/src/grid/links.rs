@@ -6,9 +6,11 @@
 //! regular first; a link that contradicts the others is cut. Two surfaces whose lines happen to continue
 //! each other are linked quietly: the colours must tell (see `labels`).
 
+use std::collections::BTreeMap;
+
 use shared::pattern::Axis;
 
-use super::DecodeSettings;
+use super::{DecodeSettings, labels::Label};
 use crate::crossings::{Crossings, median_gap};
 
 /// Two neighbouring crossings; `b` follows `a` along a line.
@@ -22,6 +24,33 @@ pub(super) struct Link {
     irregularity: f64,
 }
 
+impl Link {
+    /// A link between crossings as far apart as their neighbours.
+    #[cfg(test)]
+    pub(super) fn new(a: usize, b: usize, along: Axis) -> Self {
+        Self {
+            a,
+            b,
+            along,
+            irregularity: 0.0,
+        }
+    }
+
+    /// Whether the labels of both crossings are those of neighbours.
+    pub(super) fn agrees(&self, labels: &BTreeMap<usize, Label>) -> bool {
+        let numbers = |node| match labels.get(&node) {
+            Some(&Label::Known { flat, steep, .. }) => Some((flat, steep)),
+            _ => None,
+        };
+        let next = |(flat, steep): (u16, u16)| match self.along {
+            Axis::Row => (flat, steep + 1),
+            Axis::Column => (flat + 1, steep),
+        };
+        let a = numbers(self.a);
+        a.is_some() && a.map(next) == numbers(self.b)
+    }
+}
+
 /// Crossings with integer places.
 #[derive(Debug, Clone)]
 pub(super) struct Patch {
@@ -32,16 +61,17 @@ pub(super) struct Patch {
 }
 
 /// The links that close cells and do not contradict each other, and the patches they make.
-pub(super) fn find_patches(
-    crossings: &Crossings,
-    settings: &DecodeSettings,
-) -> (Vec<Link>, Vec<Patch>) {
-    let mut links = cells_only(regular_links(crossings, settings), crossings.all.len());
+pub(super) fn find_patches(links: &[Link], crossings: usize) -> (Vec<Link>, Vec<Patch>) {
+    patches_of(cells_only(links, crossings), crossings)
+}
+
+/// The links that do not contradict each other, most regular first, and the patches they make.
+pub(super) fn patches_of(mut links: Vec<Link>, crossings: usize) -> (Vec<Link>, Vec<Patch>) {
     links.sort_by(|p, q| {
         let order = p.irregularity.total_cmp(&q.irregularity);
         order.then((p.a, p.b).cmp(&(q.a, q.b)))
     });
-    let mut places = Places::new(crossings.all.len());
+    let mut places = Places::new(crossings);
     links.retain(|link| {
         let step = match link.along {
             Axis::Row => (0, 1),
@@ -53,7 +83,8 @@ pub(super) fn find_patches(
     (links, patches)
 }
 
-fn regular_links(crossings: &Crossings, settings: &DecodeSettings) -> Vec<Link> {
+/// Links between neighbours whose distance fits their line's other gaps.
+pub(super) fn regular_links(crossings: &Crossings, settings: &DecodeSettings) -> Vec<Link> {
     const AROUND: usize = 3; // gaps on either side that a gap is compared with
     let mut links = Vec::new();
     for along in Axis::BOTH {
@@ -95,10 +126,10 @@ fn middle(values: &[f64]) -> f64 {
 }
 
 /// Keeps links that are a side of a closed cell.
-fn cells_only(links: Vec<Link>, crossings: usize) -> Vec<Link> {
+fn cells_only(links: &[Link], crossings: usize) -> Vec<Link> {
     let mut right = vec![None; crossings];
     let mut below = vec![None; crossings];
-    for link in &links {
+    for link in links {
         match link.along {
             Axis::Row => right[link.a] = Some(link.b),
             Axis::Column => below[link.a] = Some(link.b),
@@ -120,7 +151,7 @@ fn cells_only(links: Vec<Link>, crossings: usize) -> Vec<Link> {
         Axis::Row => in_cell.0[link.a],
         Axis::Column => in_cell.1[link.a],
     };
-    links.into_iter().filter(closes).collect()
+    links.iter().copied().filter(closes).collect()
 }
 
 /// Weighted union-find: each crossing's place relative to its parent's.
@@ -197,6 +228,14 @@ impl Places {
 }
 
 impl Patch {
+    /// A crossing by itself.
+    pub(super) fn single(node: usize) -> Self {
+        Self {
+            nodes: vec![node],
+            places: vec![(0, 0)],
+        }
+    }
+
     /// The crossings with their places.
     pub(super) fn members(&self) -> impl Iterator<Item = (usize, (i32, i32))> + '_ {
         self.nodes.iter().copied().zip(self.places.iter().copied())

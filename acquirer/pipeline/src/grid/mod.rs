@@ -2,14 +2,17 @@
 //!
 //! [`Decoding::find_grid`] takes the crossings and the evidence for their lines' colours, links neighbours into
 //! patches with integer places (`links`), finds each patch's place in the codes (`code`, `labels`), checks the
-//! labels against the epipolar geometry (`checks`) and places the vertices (`vertices`). What is not certain is
-//! dropped with a reason, never guessed.
+//! labels against the epipolar geometry (`checks`), labels with its help what the patches left (`rest`), places the
+//! vertices (`vertices`) and numbers the lines (`stretches`). What is not certain is dropped with a reason, never
+//! guessed.
 
 mod checks;
 mod code;
 mod find;
 mod labels;
 mod links;
+mod rest;
+mod stretches;
 mod vertices;
 
 use serde::{Deserialize, Serialize};
@@ -112,6 +115,9 @@ pub struct LinePoint {
 pub struct DecodedGrid {
     /// Labelled crossings, each index at most once, sorted by index.
     pub crossings: Vec<DecodedCrossing>,
+    /// Crossings that lack an arm, at a border, a shadow or an edge of a surface: their lines are known and carry
+    /// their numbers, but where their vertices stand is not certain. They are among the dropped ones too.
+    pub partial: Vec<DecodedCrossing>,
     /// Crossings found and dropped.
     pub dropped: Vec<DroppedCrossing>,
     /// The lines that were followed.
@@ -126,6 +132,11 @@ impl DecodedGrid {
             .crossings
             .binary_search_by_key(&index, |crossing| crossing.index);
         found.ok().map(|at| &self.crossings[at])
+    }
+
+    /// All crossings whose lines are known, whole or not.
+    pub fn placed(&self) -> impl Iterator<Item = &DecodedCrossing> {
+        self.crossings.iter().chain(&self.partial)
     }
 
     /// Every vertex of every labelled crossing.

@@ -23,7 +23,7 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    pub(super) fn new(crossings: usize, links: &[Link]) -> Self {
+    pub(super) fn new<'a>(crossings: usize, links: impl Iterator<Item = &'a Link>) -> Self {
         let mut found = Self {
             along_rows: vec![[None; 2]; crossings],
             along_columns: vec![[None; 2]; crossings],
@@ -39,6 +39,14 @@ impl Neighbours {
         found
     }
 
+    /// Whether a crossing has a neighbour on both of its lines.
+    pub(super) fn on_both_lines(&self, node: usize) -> bool {
+        Axis::BOTH
+            .map(|axis| self.along(axis)[node])
+            .iter()
+            .all(|n| *n != [None; 2])
+    }
+
     fn along(&self, axis: Axis) -> &[[Option<usize>; 2]] {
         match axis {
             Axis::Row => &self.along_rows,
@@ -52,6 +60,8 @@ pub(super) struct Placement<'a> {
     pub(super) grid: &'a Grid,
     pub(super) raster: RasterSize,
     pub(super) orientation: Orientation,
+    /// Typical gap between crossings along flat and along steep lines, camera px.
+    pub(super) gaps_px: [f64; 2],
 }
 
 impl Placement<'_> {
@@ -64,6 +74,29 @@ impl Placement<'_> {
         (lines as u16).saturating_sub(1 + number)
     }
 
+    /// From line to line in the picture's order of counting, projector px.
+    fn pitch(&self, family: Axis) -> f64 {
+        let axis = self.orientation.pattern_axis(family);
+        let pitch = self.grid.pitch_px(axis, self.raster);
+        if self.orientation.flipped(family) {
+            -pitch
+        } else {
+            pitch
+        }
+    }
+
+    /// From one line to the line `step` further; beyond the last one the pattern's spacing goes on.
+    fn way(&self, family: Axis, number: u16, step: i16) -> f64 {
+        let lines = self.grid.lines(self.orientation.pattern_axis(family));
+        let next = number.checked_add_signed(step);
+        match next.filter(|&next| usize::from(next) < lines) {
+            Some(next) => {
+                self.span(family, next).centre_px() - self.span(family, number).centre_px()
+            }
+            None => self.pitch(family) * f64::from(step),
+        }
+    }
+
     fn span(&self, family: Axis, number: u16) -> LineSpan {
         let axis = self.orientation.pattern_axis(family);
         let k = self.pattern_number(family, number);
@@ -71,45 +104,30 @@ impl Placement<'_> {
     }
 }
 
-/// The vertices in the order of [`Corner::ALL`]; `None` for a crossing without neighbours along a line.
+/// The vertices in the order of [`Corner::ALL`]; with the picture's typical scale along a line on which the crossing
+/// has no neighbour.
 pub(super) fn find_vertices(
     node: usize,
     (flat, steep): (u16, u16),
     crossings: &Crossings,
     neighbours: &Neighbours,
     placement: &Placement<'_>,
-) -> Option<[CameraPixel; 4]> {
+) -> [CameraPixel; 4] {
     let crossing = &crossings.all[node];
     let per_px = |family: Axis, number: u16| {
-        let other = match family {
+        let along = match family {
             Axis::Row => Axis::Column,
             Axis::Column => Axis::Row,
         };
-        scale(node, other, crossings, neighbours, |step| {
-            // beyond the last line the pattern's spacing goes on
-            let here = placement.span(family, number).centre_px();
-            let pitch = placement
-                .grid
-                .pitch_px(placement.orientation.pattern_axis(family), placement.raster);
-            let sign = if placement.orientation.flipped(family) {
-                -1.0
-            } else {
-                1.0
-            };
-            match number.checked_add_signed(step) {
-                Some(next)
-                    if usize::from(next)
-                        < placement
-                            .grid
-                            .lines(placement.orientation.pattern_axis(family)) =>
-                {
-                    placement.span(family, next).centre_px() - here
-                }
-                _ => sign * pitch * f64::from(step),
-            }
+        let from_neighbours = scale(node, along, crossings, neighbours, |step| {
+            placement.way(family, number, step)
+        });
+        from_neighbours.unwrap_or_else(|| {
+            let gap_px = placement.gaps_px[usize::from(along == Axis::Column)];
+            tangent(crossing, along) * (gap_px / placement.pitch(family))
         })
     };
-    let (across_flat, across_steep) = (per_px(Axis::Row, flat)?, per_px(Axis::Column, steep)?);
+    let (across_flat, across_steep) = (per_px(Axis::Row, flat), per_px(Axis::Column, steep));
     let (flat_span, steep_span) = (
         placement.span(Axis::Row, flat),
         placement.span(Axis::Column, steep),
@@ -122,12 +140,12 @@ pub(super) fn find_vertices(
         (if high { span.high_px() } else { span.low_px() }) - span.centre_px()
     };
     let centre = Vector2::new(crossing.centre.x, crossing.centre.y);
-    Some(Corner::ALL.map(|corner| {
+    Corner::ALL.map(|corner| {
         let place = centre
             + across_flat * edge(flat_span, Axis::Row, corner)
             + across_steep * edge(steep_span, Axis::Column, corner);
         CameraPixel::new(place.x, place.y)
-    }))
+    })
 }
 
 /// Camera px per projector px along a line of direction `along`, as a vector; `distance(step)` is the way

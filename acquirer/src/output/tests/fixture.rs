@@ -105,6 +105,7 @@ fn reading(stage: Stage) -> StageReading {
     StageReading {
         grid: DecodedGrid {
             crossings,
+            partial: Vec::new(),
             dropped: vec![DroppedCrossing {
                 centre: CameraPixel::new(600.0, 440.0),
                 reason: DropReason::TooDark,

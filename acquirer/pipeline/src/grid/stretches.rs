@@ -1,0 +1,168 @@
+//! The followed lines with their numbers.
+//!
+//! Takes the tracks and the crossings that were placed on them, gives each track as [`LineTrack`]s of one line
+//! number each, a point for every camera pixel along it. Between two crossings of one number every point has it, unless a crossing between them has the wrong
+//! colour; beyond the last and between different numbers none has. Smoothing along a line carries its ridge on over its end; what has faded there is left out.
+//! A line that another one takes over between two crossings of equal numbers keeps the number quietly.
+
+use std::ops::Range;
+
+use shared::{geometry::CameraPixel, pattern::Axis};
+
+use super::{DecodedCrossing, DropReason, LinePoint, LineTrack, find::Outcome};
+use crate::{
+    crossings::Crossings,
+    lines::{Family, Track},
+};
+
+/// Where a line ends its ridge has half the strength that it has inside; with this share it is inside by about half
+/// the standard deviation of all blur along the line.
+const FADED_SHARE: f32 = 0.7;
+
+/// Points on the inside that an end's strength is compared with.
+const INSIDE: usize = 8;
+
+/// A crossing on a track that says something about its number.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    along: f64,
+    /// The number; `None` where the colour contradicts.
+    line: Option<u16>,
+    half_width_px: f64,
+    confidence: f64,
+}
+
+/// The tracks of the picture's `family`, which are the pattern's lines of direction `axis`, cut where their number
+/// changes between two crossings.
+pub(super) fn find_stretches(
+    (family, axis): (Axis, Axis),
+    lines: &Family,
+    crossings: &Crossings,
+    outcome: &[Outcome],
+) -> Vec<LineTrack> {
+    let mut found = Vec::new();
+    for (track, on) in lines.tracks.iter().zip(crossings.on(family)) {
+        let known = on.iter().filter_map(|&k| {
+            let along = crossings.all[k].along(family);
+            match &outcome[k] {
+                Ok(crossing) => Some(Known {
+                    along,
+                    line: Some(crossing.index.line(axis)),
+                    half_width_px: half_width(crossing, axis),
+                    confidence: crossing.confidence,
+                }),
+                Err(DropReason::AmbiguousColour) => Some(Known {
+                    along,
+                    line: None,
+                    half_width_px: 0.0,
+                    confidence: 0.0,
+                }),
+                Err(_) => None,
+            }
+        });
+        let known: Vec<Known> = known.collect();
+        found.extend(cut(track, (family, axis), &known, 0.5 * lines.width_px));
+    }
+    found
+}
+
+/// One track as stretches of one line number each.
+fn cut(
+    track: &Track,
+    (family, axis): (Axis, Axis),
+    known: &[Known],
+    half_width_px: f64,
+) -> Vec<LineTrack> {
+    let mut stretches: Vec<LineTrack> = Vec::new();
+    let mut next = 0;
+    for (along, across) in unfaded(&track.strength).flat_map(|run| every_pixel(track, run)) {
+        while next < known.len() && known[next].along < along {
+            next += 1;
+        }
+        let around = (
+            next.checked_sub(1).map(|k| known[k]),
+            known.get(next).copied(),
+        );
+        let (line, half_width_px, confidence) = match around {
+            (Some(a), Some(b)) if a.line.is_some() && a.line == b.line => {
+                let share = (along - a.along) / (b.along - a.along).max(1e-9);
+                let half_width_px = a.half_width_px + share * (b.half_width_px - a.half_width_px);
+                (a.line, half_width_px, a.confidence.min(b.confidence))
+            }
+            _ => (None, half_width_px, 0.0),
+        };
+        let position = match family {
+            Axis::Row => CameraPixel::new(along, across),
+            Axis::Column => CameraPixel::new(across, along),
+        };
+        if stretches.last().is_none_or(|stretch| stretch.line != line) {
+            stretches.push(LineTrack {
+                axis,
+                line,
+                points: Vec::new(),
+            });
+        }
+        if let Some(stretch) = stretches.last_mut() {
+            stretch.points.push(LinePoint {
+                position,
+                half_width_px,
+                confidence,
+            });
+        }
+    }
+    stretches
+}
+
+/// Positions along and across in the middle of every camera pixel of an unbroken run of samples, linear between them.
+fn every_pixel(track: &Track, run: Range<usize>) -> impl Iterator<Item = (f64, f64)> + '_ {
+    let last = run.end.saturating_sub(1);
+    let pixel = |k: usize| track.along(k) - 0.5;
+    let pixels = if run.is_empty() {
+        0..0
+    } else {
+        pixel(run.start).ceil() as i64..pixel(last).floor() as i64 + 1
+    };
+    pixels.map(move |pixel| {
+        let along = pixel as f64 + 0.5;
+        let sample = (along - track.along(run.start)) / track.spacing_px;
+        let before = (run.start + sample as usize).min(last);
+        let after = (before + 1).min(last);
+        let [a, b] = [before, after].map(|k| f64::from(track.across[k]));
+        (along, a + sample.fract() * (b - a))
+    })
+}
+
+/// The unbroken runs of measured samples of a track without their faded ends.
+fn unfaded(strength: &[f32]) -> impl Iterator<Item = Range<usize>> {
+    let mut runs = Vec::new();
+    let mut start = 0;
+    while start < strength.len() {
+        let length = strength[start..].iter().take_while(|s| **s > 0.0).count();
+        let run = &strength[start..start + length];
+        let head = faded(run.iter().copied());
+        let tail = faded(run.iter().rev().copied());
+        runs.push(start + head..start + length.saturating_sub(tail).max(head));
+        start += length + 1;
+    }
+    runs.into_iter()
+}
+
+/// Points at the beginning of a run that are weak beside those further inside.
+fn faded(run: impl Iterator<Item = f32> + Clone) -> usize {
+    let mut inside: Vec<f32> = run.clone().take(INSIDE).collect();
+    inside.sort_by(f32::total_cmp);
+    let Some(&middle) = inside.get(inside.len() / 2) else {
+        return 0;
+    };
+    run.take_while(|&s| s < FADED_SHARE * middle).count()
+}
+
+/// Half the width of a crossing's line of the given pattern axis, in camera pixels.
+fn half_width(crossing: &DecodedCrossing, axis: Axis) -> f64 {
+    let [upper_left, upper_right, _, lower_left] = crossing.vertices;
+    let other = match axis {
+        Axis::Row => lower_left,
+        Axis::Column => upper_right,
+    };
+    0.5 * (other.x - upper_left.x).hypot(other.y - upper_left.y)
+}

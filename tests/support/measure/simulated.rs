@@ -28,6 +28,15 @@ pub struct Repeats {
     pub unary: usize,
 }
 
+impl Repeats {
+    /// Two frames each of black and white, one of the coded grid: what reading a single frame takes.
+    pub const SINGLE_FRAME: Self = Self {
+        references: 2,
+        coded: 1,
+        unary: 0,
+    };
+}
+
 impl Default for Repeats {
     /// As `config/acquirer.toml` records.
     fn default() -> Self {
@@ -74,12 +83,12 @@ impl SimulatedScan {
         }
     }
 
-    /// The box before the wall (`config/scenes/cube.toml`), seen by a camera of this size with the shipped camera's
-    /// field across: two frames each of black and white, one of the shipped grid, coded only.
+    /// The box before the wall (`config/scenes/cube.toml`) under the shipped grid, seen by a camera of this size with
+    /// the shipped camera's field across.
     ///
     /// # Errors
     /// A scene file that is not there.
-    pub fn of_camera((width, height): (u32, u32)) -> anyhow::Result<Self> {
+    pub fn of_camera((width, height): (u32, u32), repeats: Repeats) -> anyhow::Result<Self> {
         let scale = f64::from(width) / 640.0;
         let condition: Condition = toml::from_str(&format!(
             "name = \"\"\n[set]\n\"camera.width\" = {width}\n\"camera.height\" = {height}\n\
@@ -88,11 +97,6 @@ impl SimulatedScan {
             x = 324.3 * scale,
             y = f64::from(height) / 2.0 - 3.1 * scale,
         ))?;
-        let repeats = Repeats {
-            references: 2,
-            coded: 1,
-            unary: 0,
-        };
         let scene = condition.scene("cube", &toml::Table::new())?;
         Ok(Self::record(&scene, &GridSettings::default(), repeats))
     }

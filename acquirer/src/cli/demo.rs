@@ -21,7 +21,7 @@ use crate::{
     camera::{CameraSpec, load_scene},
     config::Config,
     gui::{self, Startup},
-    process::{Processed, load_selection, process_scan},
+    process::{Processed, process_scan},
     scan::ScanFolder,
     score::{StageScore, score_stage},
     session::Cancel,
@@ -80,7 +80,7 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
     console.say("reading the scan");
     let processed = process_scan(&folder, &config)?;
     let scores = score_against_truth(&scene, &folder, &processed);
-    let selection = load_selection(&folder)?;
+    let selection = folder.selection()?;
     if args.json {
         let mut figures = process::figures(&folder, &processed)?;
         figures["truth"] = serde_json::to_value(&scores)?;

@@ -21,8 +21,8 @@ use super::{
 use crate::{
     camera::CameraSpec,
     config::Config,
-    process::{SELECTION_FILE, process_scan, read_calibration},
-    scan::{ScanFolder, write_whole},
+    process::{process_scan, read_calibration},
+    scan::ScanFolder,
     session::{Cancel, Rig, SessionError, measure_latency, record_stage},
 };
 
@@ -137,8 +137,7 @@ impl Recording<'_> {
         folder.note("camera_name", rig.camera.description().into())?;
         folder.note("settings", serde_json::to_value(config)?)?;
         if let Some(selection) = selection {
-            let json = serde_json::to_vec_pretty(&selection)?;
-            write_whole(&self.out.join(SELECTION_FILE), &json)?;
+            folder.set_selection(&selection)?;
         }
         for stage in Stage::BOTH {
             if stage == Stage::Object {

@@ -24,8 +24,8 @@ use super::{
 use crate::{
     cli::{grid_warnings, open_rig, projected},
     pipeline::colour_choice::ColourSelection,
-    process::{SELECTION_FILE, process_scan},
-    scan::{ScanFolder, read_picture, write_whole},
+    process::process_scan,
+    scan::{ScanFolder, read_picture},
     session::{Cancel, Rig, Tap, apply_selection, measure_latency, record_stage, try_colours},
 };
 
@@ -202,10 +202,7 @@ impl Worker {
             folder.set_calibration(&calibration.to_json()?)?;
         }
         if let Some(selection) = selection {
-            write_whole(
-                &dir.join(SELECTION_FILE),
-                &serde_json::to_vec_pretty(selection)?,
-            )?;
+            folder.set_selection(selection)?;
         }
         Ok(folder)
     }

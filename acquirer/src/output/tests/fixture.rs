@@ -10,7 +10,7 @@ use shared::{
 };
 
 use crate::{
-    output::{OutputError, ResultPaths, write_results},
+    output::{EncodedPicture, OutputError, ResultPaths, write_results},
     pipeline::{
         Method, Projected, StagePicture, StageReading,
         colour_choice::{ColourScore, ColourSelection, ColourSet, Separability, TileScore},
@@ -113,11 +113,7 @@ fn reading(stage: Stage) -> StageReading {
                 .flat_map(|k| Axis::BOTH.map(|axis| track(axis, k)))
                 .collect(),
         },
-        pictures: vec![StagePicture {
-            name: "gain",
-            caption: "Light of the projector, without the room's & the surface's <share>.".into(),
-            picture: picture(60),
-        }],
+        pictures: Vec::new(),
     }
 }
 
@@ -189,8 +185,19 @@ pub(super) fn result(calibrated: bool) -> ScanResult {
 
 /// Writes the results of a recorded scan.
 pub(super) fn write(folder: &ScanFolder, calibrated: bool) -> Result<ResultPaths, OutputError> {
-    let [before, after] = Stage::BOTH.map(|stage| folder.captures(stage).unwrap());
-    write_results(folder, [&before, &after], &result(calibrated), None)
+    write_results(folder, &stage_pictures(), &result(calibrated), None)
+}
+
+/// One picture of the pipeline for each stage.
+pub(super) fn stage_pictures() -> [Vec<EncodedPicture>; 2] {
+    Stage::BOTH.map(|stage| {
+        let picture = StagePicture {
+            name: "gain",
+            caption: "Light of the projector, without the room's & the surface's <share>.".into(),
+            picture: picture(60),
+        };
+        EncodedPicture::of_stage(stage, vec![picture]).unwrap()
+    })
 }
 
 /// A choice among four colours, with round numbers.

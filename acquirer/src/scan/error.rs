@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 
-use shared::pattern::RasterSize;
+use shared::{geometry::CalibrationError, pattern::RasterSize};
 use thiserror::Error;
 
 use super::manifest::FORMAT;
@@ -25,6 +25,14 @@ pub enum ScanError {
         path: PathBuf,
         /// What is wrong, with line and column.
         source: serde_json::Error,
+    },
+    /// A calibration with a number that makes no sense.
+    #[error("{path}: {source}")]
+    Calibration {
+        /// The file that it was meant for.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: CalibrationError,
     },
     /// Written by a newer program.
     #[error("{path}: format {found}, but this program reads format {FORMAT}; use a newer acquirer")]

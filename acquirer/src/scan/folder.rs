@@ -9,7 +9,8 @@ use std::{
 };
 
 use image::RgbImage;
-use shared::{pattern::RasterSize, stage::Stage};
+use serde::Serialize;
+use shared::{geometry::RigCalibration, pattern::RasterSize, stage::Stage};
 
 use super::{
     CaptureEntry, FORMAT, ScanError, ScanManifest, Shows,
@@ -134,8 +135,12 @@ impl ScanFolder {
     /// Keeps a value beside the contract's keys, for example the settings of the recording.
     ///
     /// # Errors
-    /// A file error.
-    pub fn note(&mut self, key: &str, value: serde_json::Value) -> Result<(), ScanError> {
+    /// A file error, or a value that is no JSON.
+    pub fn note(&mut self, key: &str, value: &impl Serialize) -> Result<(), ScanError> {
+        let value = serde_json::to_value(value).map_err(|source| ScanError::Json {
+            path: self.dir.join(MANIFEST),
+            source,
+        })?;
         self.manifest.extra.insert(key.to_owned(), value);
         self.save_manifest()
     }
@@ -143,10 +148,16 @@ impl ScanFolder {
     /// Adds a calibration file to the scan.
     ///
     /// # Errors
-    /// A file error.
-    pub fn set_calibration(&mut self, json: &str) -> Result<(), ScanError> {
+    /// A file error, or a calibration that can't be.
+    pub fn set_calibration(&mut self, calibration: &RigCalibration) -> Result<(), ScanError> {
         const NAME: &str = "calibration.json";
-        write_whole(&self.dir.join(NAME), json.as_bytes())?;
+        let path = self.dir.join(NAME);
+        let json = calibration.to_json();
+        let json = json.map_err(|source| ScanError::Calibration {
+            path: path.clone(),
+            source,
+        })?;
+        write_whole(&path, json.as_bytes())?;
         self.manifest.calibration = Some(NAME.to_owned());
         self.save_manifest()
     }

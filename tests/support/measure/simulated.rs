@@ -124,7 +124,7 @@ impl SimulatedScan {
                 }
             }
         }
-        folder.set_calibration(&self.calibration.to_json()?)?;
+        folder.set_calibration(&self.calibration)?;
         write_truth_csv(&self.truth, fs::File::create(dir.join("truth.csv"))?)?;
         Ok(())
     }

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use image::{Rgb as Pixel, RgbImage};
+use nalgebra::Vector3;
 use shared::{
-    geometry::CameraPixel,
+    geometry::{CameraPixel, Lens, Pose, RigCalibration},
     pattern::{Axis, Corner, GridIndex, GridSettings, RasterSize, Rgb},
     stage::Stage,
 };
@@ -26,6 +27,11 @@ use crate::{
 pub(super) const CAMERA: RasterSize = RasterSize {
     width: 640,
     height: 480,
+};
+/// The projector's raster.
+const RASTER: RasterSize = RasterSize {
+    width: 1024,
+    height: 768,
 };
 /// Distance of wall and box, in millimetres.
 pub(super) const WALL_MM: f64 = 1000.0;
@@ -147,14 +153,31 @@ fn picture(grey: u8) -> RgbImage {
     })
 }
 
-/// A recorded scan with one capture of each kind; calibrated in name only, which is all that output needs.
+fn calibration() -> RigCalibration {
+    let lens = |size: RasterSize| Lens {
+        width: size.width,
+        height: size.height,
+        fx: FOCAL_PX,
+        fy: FOCAL_PX,
+        cx: f64::from(size.width) / 2.0,
+        cy: f64::from(size.height) / 2.0,
+        distortion: [0.0; 5],
+    };
+    RigCalibration {
+        camera: lens(CAMERA),
+        projector: lens(RASTER),
+        projector_from_camera: Pose {
+            translation_mm: Vector3::new(200.0, 0.0, 0.0),
+            ..Pose::identity()
+        },
+    }
+}
+
+/// A recorded scan with one capture of each kind.
 pub(super) fn recorded(dir: &Path, calibrated: bool) -> ScanFolder {
     let projected = Projected {
         pattern: GridSettings::default(),
-        raster: RasterSize {
-            width: 1024,
-            height: 768,
-        },
+        raster: RASTER,
     };
     let mut folder = ScanFolder::create(dir, &projected, CAMERA).unwrap();
     for stage in Stage::BOTH {
@@ -163,7 +186,7 @@ pub(super) fn recorded(dir: &Path, calibrated: bool) -> ScanFolder {
         }
     }
     if calibrated {
-        folder.set_calibration("{}").unwrap();
+        folder.set_calibration(&calibration()).unwrap();
     }
     folder
 }

@@ -9,18 +9,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::ErrorKind;
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use acquirer::camera::load_scene;
 use acquirer::projector_link::{LinkSettings, ProjectorLink};
-use acquirer::score::{ReadVertex, score_stage};
+use acquirer::score::score_stage;
 use rig_tests::frame_server::FrameServer;
 use rig_tests::guest::{Device, Guest, built_program, section};
-use shared::geometry::CameraPixel;
-use shared::pattern::{Corner, GridIndex, RasterSize};
+use rig_tests::{HeadlessProjector, read_vertices};
+use shared::pattern::RasterSize;
 use shared::protocol::Role;
 use shared::simulation::Room;
 use shared::stage::Stage;
@@ -31,43 +31,6 @@ const RASTER: RasterSize = RasterSize {
     width: 1024,
     height: 768,
 };
-
-/// The projector program on a free port; it ends with the test.
-struct Projector {
-    child: Child,
-    address: String,
-}
-
-impl Projector {
-    fn start() -> Self {
-        let mut child = Command::new(built_program("projector").unwrap())
-            .args(["--headless", "1024x768", "--listen", "127.0.0.1:0"])
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap())
-            .read_line(&mut line)
-            .unwrap();
-        let address = line
-            .trim()
-            .strip_prefix("listening on ")
-            .unwrap()
-            .to_owned();
-        Self { child, address }
-    }
-
-    fn port(&self) -> &str {
-        self.address.rsplit(':').next().unwrap()
-    }
-}
-
-impl Drop for Projector {
-    fn drop(&mut self) {
-        self.child.kill().ok();
-        self.child.wait().ok();
-    }
-}
 
 /// Takes what the guest sends over TCP as a tar archive and unpacks it into a folder.
 fn take_archive(listener: &TcpListener, into: &Path) {
@@ -89,33 +52,8 @@ fn take_archive(listener: &TcpListener, into: &Path) {
     }
 }
 
-/// The vertices of a stage in `vertices.csv`.
-fn vertices(results: &Path, stage: Stage) -> Vec<ReadVertex> {
-    let table = std::fs::read_to_string(results.join("vertices.csv")).unwrap();
-    let rows = table
-        .lines()
-        .map(|line| line.split(',').collect::<Vec<_>>());
-    let rows = rows.filter(|row| row[0] == stage.name());
-    rows.map(|row| {
-        let index = GridIndex {
-            row: row[1].parse().unwrap(),
-            column: row[2].parse().unwrap(),
-        };
-        let corner = Corner::ALL
-            .into_iter()
-            .find(|corner| corner.name() == row[3])
-            .unwrap();
-        (
-            index,
-            corner,
-            CameraPixel::new(row[4].parse().unwrap(), row[5].parse().unwrap()),
-        )
-    })
-    .collect()
-}
-
 /// Records a scan in the guest; gives what the guest printed, the folder then lies in `into`.
-fn scan_in_a_guest(projector: &Projector, room: &FrameServer, into: &Path) -> String {
+fn scan_in_a_guest(projector: &HeadlessProjector, room: &FrameServer, into: &Path) -> String {
     let archive = TcpListener::bind("127.0.0.1:0").unwrap();
     let script = format!(
         r#"frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & feeder=$!
@@ -150,8 +88,8 @@ exit $code"#,
 
 #[test]
 fn a_scan_through_a_real_camera_device_reads_the_room_right() {
-    let projector = Projector::start();
-    let room = FrameServer::start("cube", &projector.address, RATE).unwrap();
+    let projector = HeadlessProjector::start().unwrap();
+    let room = FrameServer::start("cube", projector.address(), RATE).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let output = scan_in_a_guest(&projector, &room, folder.path());
     let cameras = &section(&output, "cameras")[0]["cameras"];
@@ -163,7 +101,7 @@ fn a_scan_through_a_real_camera_device_reads_the_room_right() {
         scan.join("results/report.html").exists(),
         "the scan in the guest ends with its report: {output}"
     );
-    let link = LinkSettings::new(&projector.address, "test", Role::Watcher);
+    let link = LinkSettings::new(projector.address(), "test", Role::Watcher);
     let grid = ProjectorLink::connect(&link)
         .unwrap()
         .first_state()
@@ -171,8 +109,9 @@ fn a_scan_through_a_real_camera_device_reads_the_room_right() {
         .clone();
     let scene = load_scene("cube").unwrap();
     for stage in Stage::BOTH {
+        let vertices = read_vertices(&scan.join("results"), stage).unwrap();
         let truth = Room::new(&scene, stage).truth(&grid.coded, RASTER);
-        let score = score_stage(&truth, &vertices(&scan.join("results"), stage), stage);
+        let score = score_stage(&truth, &vertices, stage);
         assert_eq!(score.wrong, 0, "{}", score.sentence());
         assert!(score.coverage_percent > 80.0, "{}", score.sentence());
         let labelled = &figures["summary"][stage.name()]["crossings_labelled"];

@@ -9,13 +9,9 @@ use std::{
     process::Command,
 };
 
-use acquirer::score::{ReadVertex, StageScore, score_stage};
-use rig_tests::{copy_folder, read_truth};
-use shared::{
-    geometry::CameraPixel,
-    pattern::{Corner, GridIndex},
-    stage::Stage,
-};
+use acquirer::score::{StageScore, score_stage};
+use rig_tests::{copy_folder, read_truth, read_vertices};
+use shared::stage::Stage;
 
 /// What is asked of a case in both stages.
 struct Limits {
@@ -31,13 +27,13 @@ fn recorded(name: &str) -> PathBuf {
 }
 
 fn process(dir: &Path, more: &[&str]) -> serde_json::Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
-        .arg("process")
-        .arg(dir)
-        .arg("--json")
-        .args(more)
-        .output()
-        .unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_acquirer"));
+    figures(program.arg("process").arg(dir).arg("--json").args(more))
+}
+
+/// What a run of the program printed.
+fn figures(program: &mut Command) -> serde_json::Value {
+    let output = program.output().unwrap();
     assert!(
         output.status.success(),
         "{}",
@@ -46,49 +42,15 @@ fn process(dir: &Path, more: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object on standard output")
 }
 
-fn read_vertices(dir: &Path, stage: Stage) -> Vec<ReadVertex> {
-    let mut table = csv::Reader::from_path(dir.join("results/vertices.csv")).unwrap();
-    let header = [
-        "stage",
-        "row",
-        "column",
-        "vertex",
-        "x_px",
-        "y_px",
-        "confidence",
-    ];
-    assert_eq!(table.headers().unwrap(), &header[..]);
-    let rows = table
-        .records()
-        .map(Result::unwrap)
-        .filter(|row| row[0] == *stage.name());
-    rows.map(|row| {
-        let index = GridIndex {
-            row: row[1].parse().unwrap(),
-            column: row[2].parse().unwrap(),
-        };
-        let corner = Corner::ALL
-            .into_iter()
-            .find(|c| c.name() == &row[3])
-            .unwrap();
-        let confidence: f64 = row[6].parse().unwrap();
-        assert!((0.0..=1.0).contains(&confidence));
-        (
-            index,
-            corner,
-            CameraPixel::new(row[4].parse().unwrap(), row[5].parse().unwrap()),
-        )
-    })
-    .collect()
-}
-
 fn scores(name: &str, more: &[&str]) -> (tempfile::TempDir, Vec<StageScore>) {
     let dir = tempfile::tempdir().unwrap();
     copy_folder(&recorded(name), dir.path()).unwrap();
     process(dir.path(), more);
     let truth = read_truth(&dir.path().join("truth.csv")).unwrap();
-    let scores =
-        Stage::BOTH.map(|stage| score_stage(&truth, &read_vertices(dir.path(), stage), stage));
+    let scores = Stage::BOTH.map(|stage| {
+        let read = read_vertices(&dir.path().join("results"), stage).unwrap();
+        score_stage(&truth, &read, stage)
+    });
     for score in &scores {
         println!(
             "{name} {} {}: {}",
@@ -158,10 +120,17 @@ fn our_method_reads_more_than_the_thesis_and_fewer_labels_are_wrong() {
 }
 
 #[test]
-fn the_same_scan_processed_twice_gives_identical_files() {
-    let (first, _) = scores("wall-cube", &[]);
-    let (second, _) = scores("wall-cube", &[]);
-    let [first, second] = [&first, &second].map(|dir| dir.path().join("results"));
+fn the_same_scan_processed_twice_gives_identical_files_on_any_number_of_threads() {
+    let read_on = |threads: &str| {
+        let dir = tempfile::tempdir().unwrap();
+        copy_folder(&recorded("wall-cube"), dir.path()).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_acquirer"));
+        program.env("RAYON_NUM_THREADS", threads);
+        figures(program.args(["process", "--json"]).arg(dir.path()));
+        dir
+    };
+    let dirs = ["1", "3"].map(read_on);
+    let [first, second] = dirs.each_ref().map(|dir| dir.path().join("results"));
     let files = files_below(&first);
     assert_eq!(files, files_below(&second));
     assert!(files.len() >= 20, "{files:?}");

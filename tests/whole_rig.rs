@@ -4,47 +4,13 @@
 
 use std::{
     fs,
-    io::{BufRead, BufReader},
     path::Path,
-    process::{Child, Command, Stdio},
+    process::Command,
     sync::{Mutex, PoisonError},
 };
 
+use rig_tests::HeadlessProjector;
 use serde_json::Value;
-
-/// A projector program without a window; it ends with this value.
-struct Projector {
-    child: Child,
-    address: String,
-}
-
-impl Projector {
-    fn start() -> Self {
-        let program = Path::new(env!("CARGO_BIN_EXE_acquirer")).with_file_name("projector");
-        let mut child = Command::new(program)
-            .args(["--headless", "1024x768", "--listen", "127.0.0.1:0"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap())
-            .read_line(&mut line)
-            .unwrap();
-        let address = line
-            .trim()
-            .strip_prefix("listening on ")
-            .unwrap()
-            .to_owned();
-        Self { child, address }
-    }
-}
-
-impl Drop for Projector {
-    fn drop(&mut self) {
-        self.child.kill().and_then(|()| self.child.wait()).unwrap();
-    }
-}
 
 /// One rig at a time: a simulated camera wants a processor of its own, as a real one would have.
 static RIG: Mutex<()> = Mutex::new(());
@@ -87,6 +53,9 @@ fn check(scene: &str, least_coverage_percent: f64) {
         manifest["pattern"]["colours"], figures["colours"]["best"],
         "the grid took the choice"
     );
+    for noted in ["latency", "camera_name", "settings", "frames_lost"] {
+        assert!(!manifest[noted].is_null(), "{noted} stands in scan.json");
+    }
     for file in [
         "report.html",
         "vertices.csv",
@@ -122,9 +91,9 @@ fn a_recording_replayed_gives_the_same_captures_and_labels() {
     let scan = dir.path().join("scan");
     let again = dir.path().join("again");
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
-    let projector = Projector::start();
+    let projector = HeadlessProjector::start().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
-        .args(["scan", "--json", "--projector", &projector.address])
+        .args(["scan", "--json", "--projector", projector.address()])
         .args(["--camera", &format!("replay:{}", scan.display())])
         .arg("--calibration")
         .arg(scan.join("calibration.json"))

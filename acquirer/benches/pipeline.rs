@@ -16,7 +16,7 @@ use acquirer::pipeline::{
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use rig_tests::measure::SimulatedScan;
+use rig_tests::measure::{Repeats, SimulatedScan};
 
 const SIZES: [(u32, u32); 3] = [(640, 480), (1280, 720), (1920, 1080)];
 
@@ -31,7 +31,8 @@ fn settings() -> PipelineSettings {
 
 fn frame_to_grid(criterion: &mut Criterion) {
     for (width, height) in SIZES {
-        let scan = SimulatedScan::of_camera((width, height)).expect("the scene is shipped");
+        let scan = SimulatedScan::of_camera((width, height), Repeats::SINGLE_FRAME)
+            .expect("the scene is shipped");
         let captures = &scan.stages[1];
         let mut group = criterion.benchmark_group(format!("{width}x{height}"));
         group.sample_size(20);

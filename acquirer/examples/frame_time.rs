@@ -13,7 +13,7 @@ use std::{fs, path::PathBuf, time::Instant};
 use acquirer::pipeline::{Captures, PipelineSettings, Reader};
 use anyhow::{Context, Result};
 use clap::Parser;
-use rig_tests::measure::{SimulatedScan, cpu_time};
+use rig_tests::measure::{Repeats, SimulatedScan, cpu_time};
 
 /// Fewest repetitions.
 const FEWEST: usize = 5;
@@ -39,7 +39,7 @@ struct Arguments {
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
-    let scan = SimulatedScan::of_camera(arguments.size)?;
+    let scan = SimulatedScan::of_camera(arguments.size, Repeats::SINGLE_FRAME)?;
     if let Some(folder) = &arguments.dump {
         dump(&scan, folder)?;
     }

@@ -10,11 +10,13 @@
 use std::{fs, path::Path};
 
 use acquirer::{
-    pipeline::{self, PipelineSettings, grid::DecodedGrid, surface::SurfacePoint},
-    scan::ScanFolder,
+    output::tables::{point_table, vertex_table},
+    pipeline::{PipelineSettings, find_surface, read_stage, result::ScanResult},
+    process::read_calibration,
+    scan::{ScanFolder, write_picture},
 };
 use anyhow::{Context, Result, bail};
-use shared::{geometry::RigCalibration, pattern::Corner, stage::Stage};
+use shared::stage::Stage;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -24,27 +26,18 @@ fn main() -> Result<()> {
         _ => bail!("give a scan folder and, if you like, a file of settings"),
     };
     let folder = ScanFolder::open(Path::new(folder))?;
-    let calibration = match folder.calibration_path() {
-        Some(path) => Some(RigCalibration::from_json(&fs::read(path)?)?),
-        None => None,
-    };
+    let calibration = folder.calibration_path();
+    let calibration = calibration
+        .map(|path| read_calibration(&path))
+        .transpose()?;
     let results = folder.results_dir();
     fs::create_dir_all(&results)?;
     let projected = folder.projected();
-    let mut vertices = csv::Writer::from_path(results.join("vertices.csv"))?;
-    vertices.write_record([
-        "stage",
-        "row",
-        "column",
-        "vertex",
-        "x_px",
-        "y_px",
-        "confidence",
-    ])?;
-    for stage in [Stage::Background, Stage::Object] {
+    let mut result = ScanResult::default();
+    for stage in Stage::BOTH {
         let captures = folder.captures(stage)?;
         let started = std::time::Instant::now();
-        let reading = pipeline::read_stage(&captures, &projected, calibration.as_ref(), &settings)
+        let reading = read_stage(&captures, &projected, calibration.as_ref(), &settings)
             .with_context(|| format!("stage {stage}"))?;
         let took = started.elapsed();
         println!(
@@ -53,62 +46,19 @@ fn main() -> Result<()> {
             took.as_secs_f64() * 1e3,
             reading.grid.dropped_by_reason()
         );
-        write_vertices(&mut vertices, stage, &reading.grid)?;
         for picture in &reading.pictures {
             let file = format!("{stage}-{}.png", picture.name);
-            picture.picture.save(results.join(file))?;
+            write_picture(&results.join(file), &picture.picture)?;
         }
         if let (Stage::Object, Some(calibration)) = (stage, &calibration) {
-            let points = pipeline::find_surface(&reading, &captures, &projected, calibration);
-            write_points(&results.join("points.csv"), &points)?;
+            let points = find_surface(&reading, &captures, &projected, calibration);
+            fs::write(results.join("points.csv"), point_table(&points))?;
+        }
+        match stage {
+            Stage::Background => result.background = Some(reading),
+            Stage::Object => result.object = Some(reading),
         }
     }
-    vertices.flush()?;
-    Ok(())
-}
-
-fn write_vertices(out: &mut csv::Writer<fs::File>, stage: Stage, grid: &DecodedGrid) -> Result<()> {
-    for crossing in &grid.crossings {
-        for (corner, at) in Corner::ALL.into_iter().zip(crossing.vertices) {
-            out.write_record([
-                stage.to_string(),
-                crossing.index.row.to_string(),
-                crossing.index.column.to_string(),
-                corner.to_string(),
-                format!("{:.4}", at.x),
-                format!("{:.4}", at.y),
-                format!("{:.4}", crossing.confidence),
-            ])?;
-        }
-    }
-    Ok(())
-}
-
-fn write_points(path: &Path, points: &[SurfacePoint]) -> Result<()> {
-    let mut out = csv::Writer::from_path(path)?;
-    out.write_record([
-        "row",
-        "column",
-        "vertex",
-        "x_mm",
-        "y_mm",
-        "z_mm",
-        "confidence",
-    ])?;
-    let number = |line: Option<u16>| line.map_or_else(String::new, |line| line.to_string());
-    for point in points {
-        out.write_record([
-            number(point.row),
-            number(point.column),
-            point
-                .corner
-                .map_or_else(String::new, |corner| corner.to_string()),
-            format!("{:.4}", point.position_mm[0]),
-            format!("{:.4}", point.position_mm[1]),
-            format!("{:.4}", point.position_mm[2]),
-            format!("{:.4}", point.confidence),
-        ])?;
-    }
-    out.flush()?;
+    fs::write(results.join("vertices.csv"), vertex_table(&result))?;
     Ok(())
 }

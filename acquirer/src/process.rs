@@ -11,25 +11,21 @@ use thiserror::Error;
 
 use crate::{
     config::Config,
-    output::{OutputError, ResultPaths, write_results},
+    output::{EncodedPicture, OutputError, ResultPaths, write_results},
     pipeline::{
-        Captures, PipelineError, Projected,
-        colour_choice::ColourSelection,
-        dense::find_dense_lines,
-        read_stage,
+        Captures, PipelineError, PipelineSettings, Projected, StageReading,
+        dense::{DenseLine, find_dense_lines},
+        read_stage_sparingly,
         result::ScanResult,
         shift::{
             epipolar::{self, Epipolar},
             find_shifts,
             lines::find_line_shifts,
         },
-        surface::{difference::find_differences, read_surface},
+        surface::{Placed, Surface, SurfacePoint, difference::find_differences, read_surface},
     },
-    scan::{ScanError, ScanFolder},
+    scan::{ScanError, ScanFolder, Shows},
 };
-
-/// The colour selection of a scan, in its folder.
-pub const SELECTION_FILE: &str = "colours.json";
 
 /// Why a scan can't be processed.
 #[derive(Debug, Error)]
@@ -97,89 +93,132 @@ pub struct Processed {
 /// What is wrong with the folder, its pictures, its calibration, or the place for the results. A picture in which
 /// nothing can be read is no error: its crossings are dropped with their reasons.
 pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, ProcessError> {
-    let mut times = Vec::new();
-    let mut clock = Instant::now();
-    let mut lap = |step, times: &mut Vec<StepTime>| {
-        times.push(StepTime {
-            step,
-            ms: 1000.0 * clock.elapsed().as_secs_f64(),
-        });
-        clock = Instant::now();
+    let mut captures = folder.manifest().captures.iter();
+    if !captures.any(|capture| capture.shows == Shows::Prmvs) {
+        return Err(ProcessError::Empty(folder.dir().display().to_string()));
+    }
+    let mut clock = Clock::start();
+    let calibration = folder
+        .calibration_path()
+        .map(|path| read_calibration(&path));
+    let calibration = calibration.transpose()?;
+    let selection = folder.selection()?;
+    let reader = StageReader {
+        folder,
+        projected: folder.projected(),
+        calibration: calibration.as_ref(),
+        settings: &config.pipeline,
     };
-    let projected = folder.projected();
-    let calibration = load_calibration(folder)?;
-    let selection = load_selection(folder)?;
+    let before = reader.read(Stage::Background, &mut clock)?;
+    let after = reader.read(Stage::Object, &mut clock)?;
+    let (result, pictures) = compare([before, after], calibration.as_ref(), config);
+    clock.lap("compare");
+    let paths = write_results(folder, &pictures, &result, selection.as_ref())?;
+    clock.lap("write results");
+    Ok(Processed {
+        result,
+        paths,
+        times: clock.times,
+    })
+}
+
+/// Times one step after another.
+struct Clock {
+    begun: Instant,
+    times: Vec<StepTime>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self {
+            begun: Instant::now(),
+            times: Vec::new(),
+        }
+    }
+
+    /// Ends a step.
+    fn lap(&mut self, step: &'static str) {
+        let ms = 1000.0 * self.begun.elapsed().as_secs_f64();
+        self.times.push(StepTime { step, ms });
+        self.begun = Instant::now();
+    }
+}
+
+/// What was measured in one stage. Its captures are on the disk, and its pictures are encoded: they would fill the
+/// memory that reading the other stage needs.
+#[derive(Default)]
+struct StageProducts {
+    reading: Option<StageReading>,
+    lines: Vec<DenseLine>,
+    surface: Surface,
+    pictures: Vec<EncodedPicture>,
+}
+
+/// Reads one stage after the other.
+struct StageReader<'a> {
+    folder: &'a ScanFolder,
+    projected: Projected,
+    calibration: Option<&'a RigCalibration>,
+    settings: &'a PipelineSettings,
+}
+
+impl StageReader<'_> {
+    fn read(&self, stage: Stage, clock: &mut Clock) -> Result<StageProducts, ProcessError> {
+        let [loading, reading] = match stage {
+            Stage::Background => ["load background", "read background"],
+            Stage::Object => ["load object", "read object"],
+        };
+        let mut captures = self.folder.captures(stage)?;
+        clock.lap(loading);
+        if captures.prmvs.is_empty() {
+            return Ok(StageProducts::default());
+        }
+        let products = self.products(stage, &mut captures)?;
+        clock.lap(reading);
+        Ok(products)
+    }
+
+    fn products(
+        &self,
+        stage: Stage,
+        captures: &mut Captures,
+    ) -> Result<StageProducts, ProcessError> {
+        let read = read_stage_sparingly(captures, &self.projected, self.calibration, self.settings);
+        let mut reading = read.map_err(|source| ProcessError::Pipeline { stage, source })?;
+        let pictures = std::mem::take(&mut reading.pictures);
+        let lines = find_dense_lines(&reading.grid);
+        let surface = self.calibration.map(|rig| {
+            let seen = (&reading, &lines[..]);
+            read_surface(seen, captures, &self.projected, rig)
+        });
+        Ok(StageProducts {
+            lines,
+            surface: surface.unwrap_or_default(),
+            pictures: EncodedPicture::of_stage(stage, pictures)?,
+            reading: Some(reading),
+        })
+    }
+}
+
+/// Shifts, and with a calibration the difference of the surfaces, of both stages.
+fn compare(
+    [before, after]: [StageProducts; 2],
+    calibration: Option<&RigCalibration>,
+    config: &Config,
+) -> (ScanResult, [Vec<EncodedPicture>; 2]) {
     let mut result = ScanResult {
         method: config.pipeline.method,
         depth_per_px: config.shift.depth_per_px,
         settings: serde_json::to_value(config.pipeline).unwrap_or_default(),
+        differences: find_differences(&before.surface.points, &after.surface.points),
+        background: before.reading,
+        object: after.reading,
+        lines: [before.lines, after.lines],
+        surface_dropped: [before.surface.dropped, after.surface.dropped],
+        background_surface: points(before.surface.points),
+        surface: points(after.surface.points),
         ..ScanResult::default()
     };
-    // one stage after the other, so that the repeats of only one are in memory
-    let mut read = |stage, steps: [&'static str; 2]| {
-        let mut captures = folder.captures(stage)?;
-        lap(steps[0], &mut times);
-        let reading = if captures.prmvs.is_empty() {
-            None
-        } else {
-            let read = read_stage(
-                &captures,
-                &projected,
-                calibration.as_ref(),
-                &config.pipeline,
-            );
-            Some(read.map_err(|source| ProcessError::Pipeline { stage, source })?)
-        };
-        captures.keep_first();
-        lap(steps[1], &mut times);
-        Ok::<_, ProcessError>((captures, reading))
-    };
-    let (background, before) = read(Stage::Background, ["load background", "read background"])?;
-    let (object, after) = read(Stage::Object, ["load object", "read object"])?;
-    if background.prmvs.is_empty() && object.prmvs.is_empty() {
-        return Err(ProcessError::Empty(folder.dir().display().to_string()));
-    }
-    (result.background, result.object) = (before, after);
-    find_shape(
-        &mut result,
-        [&background, &object],
-        &projected,
-        calibration.as_ref(),
-    );
-    lap("shift and surface", &mut times);
-    let captures = [&background, &object];
-    let paths = write_results(folder, captures, &result, selection.as_ref())?;
-    lap("write results", &mut times);
-    Ok(Processed {
-        result,
-        paths,
-        times,
-    })
-}
-
-fn load_calibration(folder: &ScanFolder) -> Result<Option<RigCalibration>, ProcessError> {
-    let Some(path) = folder.calibration_path() else {
-        return Ok(None);
-    };
-    read_calibration(&path).map(Some)
-}
-
-/// Dense lines, shifts, and with a calibration the surfaces of both stages and their difference.
-fn find_shape(
-    result: &mut ScanResult,
-    captures: [&Captures; 2],
-    projected: &Projected,
-    calibration: Option<&RigCalibration>,
-) {
-    for (stage, lines) in [&result.background, &result.object]
-        .into_iter()
-        .zip(&mut result.lines)
-    {
-        *lines = stage
-            .as_ref()
-            .map(|stage| find_dense_lines(&stage.grid))
-            .unwrap_or_default();
-    }
     if let (Some(before), Some(after)) = (&result.background, &result.object) {
         result.shifts = find_shifts(&before.grid, &after.grid, result.depth_per_px);
         let directions = calibration
@@ -189,27 +228,11 @@ fn find_shape(
         result.line_shifts =
             find_line_shifts(lines, &result.shifts, directions, result.depth_per_px);
     }
-    let Some(rig) = calibration else { return };
-    let mut surfaces = Vec::new();
-    for (k, stage) in Stage::BOTH.into_iter().enumerate() {
-        let surface = result
-            .stage(stage)
-            .map(|reading| read_surface((reading, &result.lines[k]), captures[k], projected, rig));
-        surfaces.push(surface.unwrap_or_default());
-    }
-    result.differences = find_differences(&surfaces[0].points, &surfaces[1].points);
-    for (k, surface) in surfaces.into_iter().enumerate() {
-        result.surface_dropped[k] = surface.dropped;
-        let points = surface
-            .points
-            .into_iter()
-            .map(|placed| placed.point)
-            .collect();
-        match k {
-            0 => result.background_surface = points,
-            _ => result.surface = points,
-        }
-    }
+    (result, [before.pictures, after.pictures])
+}
+
+fn points(placed: Vec<Placed>) -> Vec<SurfacePoint> {
+    placed.into_iter().map(|placed| placed.point).collect()
 }
 
 /// Reads a calibration file.
@@ -226,23 +249,4 @@ pub fn read_calibration(path: &Path) -> Result<RigCalibration, ProcessError> {
         path: name(),
         source,
     })
-}
-
-/// Reads the colour selection of a scan, if it has one.
-///
-/// # Errors
-/// A file that can't be read or is no selection, with its path.
-pub fn load_selection(folder: &ScanFolder) -> Result<Option<ColourSelection>, ProcessError> {
-    let path = folder.dir().join(SELECTION_FILE);
-    let fail = |reason: String| ProcessError::File {
-        path: path.display().to_string(),
-        reason,
-    };
-    match fs::read(&path) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .map(Some)
-            .map_err(|e| fail(e.to_string())),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(fail(error.to_string())),
-    }
 }

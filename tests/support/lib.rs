@@ -3,11 +3,15 @@
 pub mod frame_server;
 pub mod guest;
 pub mod measure;
+mod projector;
 mod truth;
+mod vertices;
 
 use std::{fs, path::Path};
 
+pub use projector::HeadlessProjector;
 pub use truth::read_truth;
+pub use vertices::read_vertices;
 
 /// Copies a folder with everything in it.
 ///

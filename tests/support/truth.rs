@@ -4,12 +4,9 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use nalgebra::Vector3;
-use shared::{
-    geometry::CameraPixel,
-    pattern::{Corner, GridIndex},
-    simulation::TruthVertex,
-    stage::Stage,
-};
+use shared::{geometry::CameraPixel, pattern::GridIndex, simulation::TruthVertex, stage::Stage};
+
+use crate::vertices::corner_named;
 
 /// Reads a `truth.csv`: stage, row, column, vertex, x_px, y_px, x_mm, y_mm, z_mm, clear, pitch_px.
 ///
@@ -51,10 +48,7 @@ fn vertex(line: &str) -> anyhow::Result<TruthVertex> {
             row: row.parse()?,
             column: column.parse()?,
         },
-        corner: Corner::ALL
-            .into_iter()
-            .find(|known| known.name() == corner)
-            .with_context(|| format!("vertex {corner:?}"))?,
+        corner: corner_named(corner)?,
         camera: CameraPixel::new(x.parse()?, y.parse()?),
         point_mm: Vector3::new(x_mm.parse()?, y_mm.parse()?, z_mm.parse()?),
         clear: clear == "1",

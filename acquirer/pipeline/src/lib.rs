@@ -112,19 +112,6 @@ pub struct Captures {
 }
 
 impl Captures {
-    /// Lets go of all repeats but the first of each kind: enough to look at, once they have been read.
-    pub fn keep_first(&mut self) {
-        for frames in [
-            &mut self.black,
-            &mut self.white,
-            &mut self.prmvs,
-            &mut self.unary,
-        ] {
-            frames.truncate(1);
-        }
-        self.solid.clear();
-    }
-
     /// Every capture with what it shows.
     pub(crate) fn named(&self) -> impl Iterator<Item = (String, &RgbImage)> {
         let known = [
@@ -245,18 +232,57 @@ pub fn read_stage(
     settings: &PipelineSettings,
 ) -> Result<StageReading, PipelineError> {
     if settings.method == Method::Thesis {
-        let mut reading = thesis::read_stage(captures, projected, &settings.thesis)?;
-        if !settings.pictures {
-            reading.pictures.clear();
-        }
-        return Ok(reading);
+        return read_as_the_thesis(captures, projected, settings);
     }
+    let mut reader = stage_reader(captures, projected, calibration, settings)?;
+    reader.read_grids(&captures.prmvs, &captures.unary)?;
+    Ok(reader.into_reading())
+}
+
+/// As [`read_stage`], in less memory: of black and of white only the first capture stays when their light has been
+/// averaged.
+///
+/// # Errors
+/// As [`read_stage`].
+pub fn read_stage_sparingly(
+    captures: &mut Captures,
+    projected: &Projected,
+    calibration: Option<&RigCalibration>,
+    settings: &PipelineSettings,
+) -> Result<StageReading, PipelineError> {
+    if settings.method == Method::Thesis {
+        return read_as_the_thesis(captures, projected, settings);
+    }
+    let mut reader = stage_reader(captures, projected, calibration, settings)?;
+    captures.black.truncate(1);
+    captures.white.truncate(1);
+    reader.read_grids(&captures.prmvs, &captures.unary)?;
+    Ok(reader.into_reading())
+}
+
+fn read_as_the_thesis(
+    captures: &Captures,
+    projected: &Projected,
+    settings: &PipelineSettings,
+) -> Result<StageReading, PipelineError> {
+    let mut reading = thesis::read_stage(captures, projected, &settings.thesis)?;
+    if !settings.pictures {
+        reading.pictures.clear();
+    }
+    Ok(reading)
+}
+
+/// A reader that knows the stage's references.
+fn stage_reader(
+    captures: &Captures,
+    projected: &Projected,
+    calibration: Option<&RigCalibration>,
+    settings: &PipelineSettings,
+) -> Result<Reader, PipelineError> {
     check_sizes(captures.named())?;
     if captures.prmvs.is_empty() {
         return Err(PipelineError::NoCodedCapture);
     }
     let references = (&captures.black[..], &captures.white[..]);
-    let mut reader = Reader::new(references, projected, calibration, settings)?;
-    reader.read_grids(&captures.prmvs, &captures.unary)?;
-    Ok(reader.into_reading())
+    Reader::new(references, projected, calibration, settings)
 }

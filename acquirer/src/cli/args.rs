@@ -3,8 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use shared::geometry::RigCalibration;
 
-use crate::{camera::CameraSpec, pipeline::Method};
+use crate::{
+    camera::CameraSpec,
+    config::{Config, ConfigError},
+    pipeline::Method,
+    process::{ProcessError, read_calibration},
+};
 
 /// Captures the projected grid through a camera, picks its colours, reads it, and gives the object's shape.
 #[derive(Debug, Parser)]
@@ -40,9 +46,9 @@ pub(super) struct WindowArgs {
     /// Folder of the recorded scan; further ones get -2, -3 and so on.
     #[arg(long, value_name = "DIR", default_value = "scan")]
     pub out: PathBuf,
-    /// Calibration of the rig (calibration.json), copied into each scan; gives points in mm.
-    #[arg(long, value_name = "FILE")]
-    pub calibration: Option<PathBuf>,
+    /// The rig's calibration.
+    #[command(flatten)]
+    pub calibration: CalibrationArgs,
 }
 
 /// The commands.
@@ -76,9 +82,69 @@ pub struct RigArgs {
     /// Take the projector over from whoever controls it.
     #[arg(long)]
     pub take_over: bool,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
+}
+
+/// Settings.
+#[derive(Debug, Clone, Default, ClapArgs)]
+pub struct ConfigArgs {
     /// Configuration file; the shipped config/acquirer.toml lists every key.
     #[arg(long, value_name = "FILE")]
-    pub config: Option<PathBuf>,
+    config: Option<PathBuf>,
+}
+
+impl ConfigArgs {
+    /// The configuration: the built-in one, changed by the file's keys if there is a file.
+    ///
+    /// # Errors
+    /// A file that can't be read or has an unknown key.
+    pub(super) fn load(&self) -> Result<Config, ConfigError> {
+        Config::load(self.config.as_deref())
+    }
+}
+
+/// The rig's calibration, for what records.
+#[derive(Debug, ClapArgs)]
+pub(super) struct CalibrationArgs {
+    /// Calibration of the rig (calibration.json), copied into each scan; gives points in mm.
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+}
+
+impl CalibrationArgs {
+    /// The calibration, if one was named.
+    ///
+    /// # Errors
+    /// A file that can't be read or is no calibration.
+    pub(super) fn load(&self) -> Result<Option<RigCalibration>, ProcessError> {
+        let path = self.calibration.as_deref();
+        path.map(read_calibration).transpose()
+    }
+}
+
+/// How a scan is read, and how its figures are printed.
+#[derive(Debug, ClapArgs)]
+pub(super) struct ReadingArgs {
+    /// How to read the scan; likelihood unless the configuration says otherwise.
+    #[arg(long, value_enum)]
+    method: Option<MethodArg>,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl ReadingArgs {
+    /// The configuration with the method of the command line.
+    ///
+    /// # Errors
+    /// As [`ConfigArgs::load`].
+    pub(super) fn config(&self, file: &ConfigArgs) -> Result<Config, ConfigError> {
+        let mut config = file.load()?;
+        config.set_method(self.method.map(Into::into));
+        Ok(config)
+    }
 }
 
 /// `acquirer cameras`.
@@ -126,18 +192,15 @@ pub(super) struct ScanArgs {
     /// Pick the colours on the scene first.
     #[arg(long)]
     pub pick_colours: bool,
-    /// Calibration of the rig (calibration.json), copied into the scan; gives points in mm.
-    #[arg(long, value_name = "FILE")]
-    pub calibration: Option<PathBuf>,
+    /// The rig's calibration.
+    #[command(flatten)]
+    pub calibration: CalibrationArgs,
     /// A command that puts the object into the scene (a turntable, a robot), instead of asking a person.
     #[arg(long, value_name = "COMMAND")]
     pub place_object: Option<String>,
-    /// How to read the scan; likelihood unless the configuration says otherwise.
-    #[arg(long, value_enum)]
-    pub method: Option<MethodArg>,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
+    /// How to read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
 }
 
 /// `acquirer process`.
@@ -150,18 +213,15 @@ pub(super) struct ProcessArgs {
     /// Scan folder, with scan.json in it.
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// How to read the scan; likelihood unless the configuration says otherwise.
-    #[arg(long, value_enum)]
-    pub method: Option<MethodArg>,
+    /// How to read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
     /// Calibration of the rig, instead of the scan's own.
     #[arg(long, value_name = "FILE")]
     pub calibration: Option<PathBuf>,
-    /// Configuration file; the shipped config/acquirer.toml lists every key.
-    #[arg(long, value_name = "FILE")]
-    pub config: Option<PathBuf>,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
 }
 
 /// `acquirer demo`.
@@ -183,15 +243,12 @@ pub(super) struct DemoArgs {
     /// Open the real windows: the projector's picture and the acquirer.
     #[arg(long)]
     pub gui: bool,
-    /// How to read the scan; likelihood unless the configuration says otherwise.
-    #[arg(long, value_enum)]
-    pub method: Option<MethodArg>,
-    /// Configuration file; the shipped config/acquirer.toml lists every key.
-    #[arg(long, value_name = "FILE")]
-    pub config: Option<PathBuf>,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
+    /// How to read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
 }
 
 /// `acquirer draw`.

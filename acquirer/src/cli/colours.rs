@@ -2,20 +2,17 @@
 
 use anyhow::Context;
 
-use super::{
-    args::ColoursArgs,
-    console::Console,
-    rig::{grid_warnings, open_rig, projected},
-};
+use super::{args::ColoursArgs, console::Console, rig::open_rig};
 use crate::{
-    config::Config,
     pipeline::{Projected, colour_choice::ColourSelection},
-    session::{Cancel, Rig, apply_selection, measure_latency, try_colours},
+    session::{
+        Cancel, Rig, apply_selection, grid_warnings, measure_latency, projected, try_colours,
+    },
 };
 use shared::pattern::{Palette, Rgb};
 
 pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = Config::load(args.rig.config.as_deref())?;
+    let config = args.rig.config.load()?;
     let palette = match &args.palette {
         None => Palette::default(),
         Some(path) => {

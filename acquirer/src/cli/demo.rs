@@ -19,17 +19,15 @@ use super::{
 };
 use crate::{
     camera::{CameraSpec, load_scene},
-    config::Config,
     gui::{self, Startup},
-    process::{Processed, load_selection, process_scan},
-    scan::ScanFolder,
+    process::{Processed, process_scan},
+    scan::{ScanFolder, fresh_folder},
     score::{StageScore, score_stage},
     session::Cancel,
 };
 
 pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let mut config = Config::load(args.config.as_deref())?;
-    config.set_method(args.method.map(Into::into));
+    let config = args.reading.config(&args.config)?;
     let scene = load_scene(&args.scene)?;
     let mut console = Console::new();
     let program = match &args.projector {
@@ -47,23 +45,21 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
         take_over: false,
         config: args.config.clone(),
     };
+    let calibration = scene.calibration();
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None => fresh_folder(&usual_folder(&args.scene)),
+    };
     if args.gui {
         let startup = Startup {
             rig: rig_args,
             config,
-            out: args
-                .out
-                .clone()
-                .unwrap_or_else(|| fresh_folder(&args.scene)),
-            calibration: Some(scene.calibration()),
+            out,
+            calibration: Some(calibration),
             run_all: true,
         };
         return gui::run(startup, cancel);
     }
-    let out = args
-        .out
-        .clone()
-        .unwrap_or_else(|| fresh_folder(&args.scene));
     let mut rig = open_rig(&rig_args, &config)?;
     console.say(&format!(
         "projector {}, {}",
@@ -74,14 +70,14 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
         out: &out,
         pick_colours: true,
         object: Placing::Camera,
+        calibration: Some(&calibration),
     };
-    let mut folder = recording.run(&mut rig, &config, cancel, &mut console)?;
-    folder.set_calibration(&scene.calibration().to_json()?)?;
+    let folder = recording.run(&mut rig, &config, cancel, &mut console)?;
     console.say("reading the scan");
     let processed = process_scan(&folder, &config)?;
     let scores = score_against_truth(&scene, &folder, &processed);
-    let selection = load_selection(&folder)?;
-    if args.json {
+    let selection = folder.selection()?;
+    if args.reading.json {
         let mut figures = process::figures(&folder, &processed)?;
         figures["truth"] = serde_json::to_value(&scores)?;
         figures["colours"] = serde_json::to_value(&selection)?;
@@ -102,16 +98,10 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A folder that is not there yet: demo-cube, demo-cube-2, ...
-fn fresh_folder(scene: &str) -> PathBuf {
-    let stem = Path::new(scene)
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
-    let numbered = (2..).map(|n| PathBuf::from(format!("demo-{stem}-{n}")));
-    let mut names = std::iter::once(PathBuf::from(format!("demo-{stem}"))).chain(numbered);
-    names.find(|name| !name.exists()).unwrap_or_default()
+/// demo-cube for the scene `cube`, and for the scene file `rooms/cube.toml`.
+fn usual_folder(scene: &str) -> PathBuf {
+    let stem = Path::new(scene).file_stem().unwrap_or_default();
+    PathBuf::from(format!("demo-{}", stem.to_string_lossy()))
 }
 
 /// What was read against what the simulation knows.

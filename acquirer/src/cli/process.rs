@@ -6,22 +6,19 @@ use shared::stage::Stage;
 
 use super::args::ProcessArgs;
 use crate::{
-    config::Config,
     output::Summary,
     process::{Processed, process_scan, read_calibration},
     scan::ScanFolder,
 };
 
 pub(super) fn run(args: &ProcessArgs) -> anyhow::Result<()> {
-    let mut config = Config::load(args.config.as_deref())?;
-    config.set_method(args.method.map(Into::into));
+    let config = args.reading.config(&args.config)?;
     let mut folder = ScanFolder::open(&args.dir)?;
     if let Some(path) = &args.calibration {
-        let calibration = read_calibration(path)?;
-        folder.set_calibration(&calibration.to_json()?)?;
+        folder.set_calibration(&read_calibration(path)?)?;
     }
     let processed = process_scan(&folder, &config)?;
-    print(&folder, &processed, args.json)
+    print(&folder, &processed, args.reading.json)
 }
 
 /// Prints the figures of a processed scan: for people, or as one JSON object.

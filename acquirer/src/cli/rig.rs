@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use shared::{
-    pattern::{Axis, CameraScale, GridSettings, RasterSize},
+    pattern::{Axis, GridSettings},
     protocol::Role,
 };
 
@@ -12,7 +12,6 @@ use super::args::RigArgs;
 use crate::{
     camera::{CameraSpec, open_camera, v4l2::list_cameras},
     config::Config,
-    pipeline::Projected,
     projector_link::{LinkSettings, ProjectorLink},
     scan::ScanFolder,
     session::Rig,
@@ -59,31 +58,4 @@ fn first_camera() -> anyhow::Result<CameraSpec> {
         );
     };
     Ok(CameraSpec::Device(first.path.clone()))
-}
-
-/// What the operator should know before this grid is recorded: lines that touch, or that the camera can't resolve
-/// even if the projector's picture fills its own.
-#[must_use]
-pub fn grid_warnings(rig: &Rig, projected: &Projected) -> Vec<String> {
-    let format = rig.camera.format();
-    let camera = RasterSize {
-        width: format.width,
-        height: format.height,
-    };
-    let (grid, raster) = (&projected.pattern.coded, projected.raster);
-    let mut warnings = grid.warnings(raster);
-    warnings.extend(grid.camera_warnings(raster, CameraScale::filling(raster, camera)));
-    warnings
-}
-
-/// What the projector's coded grid is at the moment.
-///
-/// # Errors
-/// A projector that does not answer.
-pub fn projected(rig: &Rig) -> anyhow::Result<Projected> {
-    let state = rig.projector.state()?;
-    Ok(Projected {
-        pattern: state.grid,
-        raster: state.screen.raster,
-    })
 }

@@ -9,31 +9,22 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use shared::{pattern::Palette, pattern::RasterSize, stage::Stage};
+use shared::{geometry::RigCalibration, pattern::Palette, stage::Stage};
 
-use super::{
-    args::ScanArgs,
-    colours,
-    console::Console,
-    process,
-    rig::{grid_warnings, open_rig, projected},
-};
+use super::{args::ScanArgs, colours, console::Console, process, rig::open_rig};
 use crate::{
     camera::CameraSpec,
     config::Config,
-    process::{SELECTION_FILE, process_scan, read_calibration},
-    scan::{ScanFolder, write_whole},
-    session::{Cancel, Rig, SessionError, measure_latency, record_stage},
+    process::process_scan,
+    scan::ScanFolder,
+    session::{
+        Cancel, NewScan, Rig, SessionError, grid_warnings, measure_latency, projected, record_stage,
+    },
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let mut config = Config::load(args.rig.config.as_deref())?;
-    config.set_method(args.method.map(Into::into));
-    let calibration = args
-        .calibration
-        .as_deref()
-        .map(read_calibration)
-        .transpose()?;
+    let config = args.reading.config(&args.rig.config)?;
+    let calibration = args.calibration.load()?;
     if args.out.join("scan.json").exists() {
         bail!(
             "{} already holds a scan; choose another folder or remove it",
@@ -47,13 +38,11 @@ pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
         out: &args.out,
         pick_colours: args.pick_colours,
         object,
+        calibration: calibration.as_ref(),
     };
-    let mut folder = recording.run(&mut rig, &config, cancel, &mut console)?;
-    if let Some(calibration) = calibration {
-        folder.set_calibration(&calibration.to_json()?)?;
-    }
+    let folder = recording.run(&mut rig, &config, cancel, &mut console)?;
     let processed = process_scan(&folder, &config)?;
-    process::print(&folder, &processed, args.json)
+    process::print(&folder, &processed, args.reading.json)
 }
 
 /// Who puts the object into the scene between the two stages.
@@ -101,6 +90,8 @@ pub(super) struct Recording<'a> {
     pub(super) pick_colours: bool,
     /// Who places the object.
     pub(super) object: Placing<'a>,
+    /// The rig's calibration, if there is one.
+    pub(super) calibration: Option<&'a RigCalibration>,
 }
 
 impl Recording<'_> {
@@ -112,7 +103,7 @@ impl Recording<'_> {
         cancel: &Cancel,
         console: &mut Console,
     ) -> anyhow::Result<ScanFolder> {
-        let latency = measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+        measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
         let selection = match self.pick_colours {
             true => Some(colours::pick(
                 rig,
@@ -123,23 +114,16 @@ impl Recording<'_> {
             )?),
             false => None,
         };
-        let projected = projected(rig)?;
-        for warning in grid_warnings(rig, &projected) {
+        for warning in grid_warnings(rig, &projected(rig)?) {
             console.say(&format!("warning: {warning}"));
         }
-        let format = rig.camera.format();
-        let camera = RasterSize {
-            width: format.width,
-            height: format.height,
+        let scan = NewScan {
+            dir: self.out,
+            config,
+            selection: selection.as_ref(),
+            calibration: self.calibration,
         };
-        let mut folder = ScanFolder::create(self.out, &projected, camera)?;
-        folder.note("latency", serde_json::to_value(&latency)?)?;
-        folder.note("camera_name", rig.camera.description().into())?;
-        folder.note("settings", serde_json::to_value(config)?)?;
-        if let Some(selection) = selection {
-            let json = serde_json::to_vec_pretty(&selection)?;
-            write_whole(&self.out.join(SELECTION_FILE), &json)?;
-        }
+        let mut folder = scan.begin(rig)?;
         for stage in Stage::BOTH {
             if stage == Stage::Object {
                 self.object.place(cancel, console)?;
@@ -148,7 +132,6 @@ impl Recording<'_> {
                 console.show(&p);
             })?;
         }
-        folder.note("frames_lost", serde_json::to_value(rig.camera.losses())?)?;
         Ok(folder)
     }
 }

@@ -12,21 +12,21 @@ use std::{
 
 use eframe::egui;
 use image::RgbImage;
-use shared::{
-    pattern::{Palette, RasterSize},
-    stage::Stage,
-};
+use shared::{pattern::Palette, stage::Stage};
 
 use super::{
     Startup,
     events::{Event, Job, LiveFrame, ReadScan, RigInfo},
 };
 use crate::{
-    cli::{grid_warnings, open_rig, projected},
+    cli::open_rig,
     pipeline::colour_choice::ColourSelection,
-    process::{SELECTION_FILE, process_scan},
-    scan::{ScanFolder, read_picture, write_whole},
-    session::{Cancel, Rig, Tap, apply_selection, measure_latency, record_stage, try_colours},
+    process::process_scan,
+    scan::{ScanFolder, fresh_folder, read_picture},
+    session::{
+        Cancel, NewScan, Rig, Tap, apply_selection, grid_warnings, measure_latency, projected,
+        record_stage, try_colours,
+    },
 };
 
 /// Wait between two tries to reach the rig.
@@ -184,30 +184,19 @@ impl Worker {
 
     fn new_folder(
         &self,
-        rig: &mut Rig,
+        rig: &Rig,
         selection: Option<&ColourSelection>,
     ) -> anyhow::Result<ScanFolder> {
-        let format = rig.camera.format();
-        let size = RasterSize {
-            width: format.width,
-            height: format.height,
-        };
-        let dir = fresh_folder(&self.startup.out);
-        let projected = projected(rig)?;
-        for warning in grid_warnings(rig, &projected) {
+        for warning in grid_warnings(rig, &projected(rig)?) {
             tracing::warn!("{warning}");
         }
-        let mut folder = ScanFolder::create(&dir, &projected, size)?;
-        if let Some(calibration) = &self.startup.calibration {
-            folder.set_calibration(&calibration.to_json()?)?;
-        }
-        if let Some(selection) = selection {
-            write_whole(
-                &dir.join(SELECTION_FILE),
-                &serde_json::to_vec_pretty(selection)?,
-            )?;
-        }
-        Ok(folder)
+        let scan = NewScan {
+            dir: &fresh_folder(&self.startup.out),
+            config: &self.startup.config,
+            selection,
+            calibration: self.startup.calibration.as_ref(),
+        };
+        Ok(scan.begin(rig)?)
     }
 
     fn read(&self, session: &Session) -> anyhow::Result<()> {
@@ -266,22 +255,6 @@ fn rate(stamps: &mut VecDeque<Instant>) -> f64 {
     } else {
         0.0
     }
-}
-
-/// The first of `out`, `out-2`, `out-3`, ... that is not there yet.
-fn fresh_folder(out: &Path) -> PathBuf {
-    if !out.exists() {
-        return out.to_owned();
-    }
-    let numbered = |n: u32| {
-        let mut name = out.as_os_str().to_owned();
-        name.push(format!("-{n}"));
-        PathBuf::from(name)
-    };
-    (2..)
-        .map(numbered)
-        .find(|dir| !dir.exists())
-        .unwrap_or_else(|| out.to_owned())
 }
 
 /// The pictures in a results folder with their names, in the order of their names.

@@ -1,6 +1,9 @@
 //! Why results can't be written.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use image::ImageError;
 use thiserror::Error;
@@ -41,12 +44,14 @@ pub enum OutputError {
         /// What is wrong with it.
         source: ImageError,
     },
-    /// A summary that is no JSON.
-    #[error("{path}: {source}")]
-    Summary {
-        /// The file it was meant for.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: serde_json::Error,
-    },
+}
+
+impl OutputError {
+    /// A picture that can't be encoded.
+    pub(super) fn picture(path: &Path, source: ImageError) -> Self {
+        Self::Picture {
+            path: path.to_owned(),
+            source,
+        }
+    }
 }

@@ -1,8 +1,11 @@
 //! A picture with a drawing over it, ready to be saved as PNG or put into the report.
 
-use image::{Rgb as Pixel, RgbImage, imageops};
+use image::{ImageResult, Rgb as Pixel, RgbImage, imageops};
 
-use super::drawing::{Drawing, Ink};
+use super::{
+    data_uri::{Encoding, data_uri},
+    drawing::{Drawing, Ink},
+};
 
 /// PNG files are enlarged by a whole factor until they are at least this wide, so that letters are readable.
 const LEAST_WIDTH_PX: u32 = 1100;
@@ -40,6 +43,20 @@ impl Figure {
         self.drawing
             .paint(&mut paper, self.px_per_unit * f64::from(enlarge));
         paper
+    }
+
+    /// Drawing over picture as an SVG element with everything inside.
+    ///
+    /// # Errors
+    /// A picture that can't be encoded.
+    pub(super) fn svg(&self, encoding: Encoding) -> ImageResult<String> {
+        let size = [self.picture.width(), self.picture.height()];
+        let [width, height] = size.map(|px| f64::from(px) / self.px_per_unit);
+        let below = format!(
+            "<image width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" href=\"{}\"/>",
+            data_uri(&self.picture, encoding)?
+        );
+        Ok(self.drawing.svg("paper", &below))
     }
 }
 

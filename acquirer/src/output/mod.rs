@@ -1,36 +1,41 @@
 //! What a scan leaves behind in `DIR/results/`: tables, a point cloud, pictures, a report, a summary.
 //!
-//! Takes the scan folder, its captures and the pipeline's result. Every file is written whole or not at all,
-//! and the same scan gives the same bytes: no file holds a time or a path. Files of an earlier run that this
-//! one does not make are removed, so that everything in the folder belongs together. `summary.json` comes
-//! last: where it is, the run was finished.
+//! Takes the scan folder and the pipeline's result. Every file is written whole or not at all, and the same scan
+//! gives the same bytes: no file holds a time or a path. Files of an earlier run that this one does not make are
+//! removed, so that everything in the folder belongs together. `summary.json` comes last: where it is, the run was
+//! finished. Pictures are large: captures are read from the folder when they are wanted, figures are drawn one at a
+//! time, and the report is written piece by piece.
 
 pub mod colour_map;
+mod data_uri;
 pub mod drawing;
 pub mod error;
 pub mod figure;
+mod figures;
 pub mod maps;
-mod pictures;
 pub mod ply;
 pub mod relief;
 mod report;
 pub mod shift_table;
+pub mod stage_picture;
 pub mod summary;
 pub mod tables;
 
 use std::{
+    collections::BTreeSet,
     fs, io,
     path::{Path, PathBuf},
 };
 
 pub use error::OutputError;
-use pictures::Pictures;
+use figures::Figures;
 use shift_table::{ShiftRow, write_shift_table};
+pub use stage_picture::EncodedPicture;
 pub use summary::Summary;
 
 use crate::{
-    pipeline::{Captures, colour_choice::ColourSelection, result::ScanResult},
-    scan::{ScanFolder, write_whole},
+    pipeline::{colour_choice::ColourSelection, result::ScanResult},
+    scan::{ScanFolder, write_json, write_whole},
 };
 
 /// Where the results of a scan went.
@@ -56,14 +61,14 @@ pub struct ResultPaths {
 
 /// Writes the results of a scan into its `results` folder.
 ///
-/// `captures` are those of both stages in the order of [`shared::stage::Stage::BOTH`]; `selection` is how the grid's colours
-/// were chosen, if they were chosen for this scene.
+/// `stage_pictures` are the pipeline's own of both stages, in the order of [`shared::stage::Stage::BOTH`]; `selection` is
+/// how the grid's colours were chosen, if they were chosen for this scene.
 ///
 /// # Errors
-/// [`OutputError`] with the path: a folder or file that can't be written, a full disk.
+/// [`OutputError`] with the path: a folder or file that can't be written, a full disk, a capture that can't be read.
 pub fn write_results(
     folder: &ScanFolder,
-    captures: [&Captures; 2],
+    stage_pictures: &[Vec<EncodedPicture>; 2],
     result: &ScanResult,
     selection: Option<&ColourSelection>,
 ) -> Result<ResultPaths, OutputError> {
@@ -89,17 +94,22 @@ pub fn write_results(
     let points = write_points(&dir, folder, result)?;
 
     let summary = Summary::of(folder, result);
-    let pictures = Pictures::of(folder, captures, result);
-    pictures.save(&pictures_dir)?;
+    for picture in stage_pictures.iter().flatten() {
+        write_whole(&pictures_dir.join(&picture.file), &picture.png)?;
+    }
+    let figures = Figures::write(folder, result, &pictures_dir)?;
+    let stage_files = stage_pictures.iter().flatten().map(|p| p.file.clone());
+    remove_others(&pictures_dir, &figures.files().chain(stage_files).collect())?;
     let report_path = file("report.html");
     let content = report::Content {
+        folder,
         summary: &summary,
-        captures,
-        pictures: &pictures,
+        figures: &figures,
+        stage_pictures,
         selection,
     };
-    write_whole(&report_path, report::page(&content)?.as_bytes())?;
-    write_summary(&summary_path, &summary)?;
+    report::write(&report_path, &content)?;
+    write_json(&summary_path, &summary)?;
     let (points, cloud) = points.unzip();
     Ok(ResultPaths {
         dir,
@@ -111,16 +121,6 @@ pub fn write_results(
         report: report_path,
         summary: summary_path,
     })
-}
-
-fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
-    let json = serde_json::to_vec_pretty(summary);
-    let mut json = json.map_err(|source| OutputError::Summary {
-        path: path.to_owned(),
-        source,
-    })?;
-    json.push(b'\n');
-    Ok(write_whole(path, &json)?)
 }
 
 /// Writes the points of both stages and their difference when the scan is calibrated, else removes old ones.
@@ -143,6 +143,22 @@ fn write_points(
     write_whole(&background, &before)?;
     write_whole(&difference, tables::difference_table(result).as_bytes())?;
     Ok(Some((table, cloud)))
+}
+
+/// Removes the pictures of an earlier run, which showed something else.
+fn remove_others(dir: &Path, written: &BTreeSet<String>) -> Result<(), OutputError> {
+    let folder_error = |source| OutputError::Folder {
+        path: dir.to_owned(),
+        source,
+    };
+    for entry in fs::read_dir(dir).map_err(folder_error)? {
+        let path = entry.map_err(folder_error)?.path();
+        let name = path.file_name().and_then(|name| name.to_str());
+        if name.is_some_and(|name| name.ends_with(".png") && !written.contains(name)) {
+            remove_outdated(&path)?;
+        }
+    }
+    Ok(())
 }
 
 fn make_dir(dir: &Path) -> Result<(), OutputError> {

@@ -1,173 +1,29 @@
 //! The scan folder on disk: `scan.json` and one PNG per capture.
 //!
-//! Every file is written beside its name, flushed to the disk and renamed, the picture before the
-//! manifest that names it, so that a crash leaves either the whole capture or none of it.
+//! Every file is whole or absent after a crash, and a picture is there before the manifest names it: a crash leaves
+//! either the whole capture or none of it.
 
 use std::{
-    fs::{self, File},
-    io::{self, Write},
-    path::{Component, Path, PathBuf},
+    fs, io,
+    path::{Path, PathBuf},
 };
 
-use image::{ImageFormat, RgbImage};
-use serde::{Deserialize, Serialize};
-use shared::{
-    pattern::{GridSettings, PatternError, RasterSize, Rgb},
-    stage::Stage,
+use image::RgbImage;
+use serde::Serialize;
+use shared::{geometry::RigCalibration, pattern::RasterSize, stage::Stage};
+
+use super::{
+    CaptureEntry, FORMAT, ScanError, ScanManifest, Shows,
+    manifest::write_json,
+    picture::{check_size, read_picture, write_picture},
+    write_whole,
 };
-use thiserror::Error;
+use crate::pipeline::{Captures, Projected, colour_choice::ColourSelection};
 
-use crate::pipeline::{Captures, Projected};
-
-/// The version of the folder's layout that this program writes and reads.
-pub const FORMAT: u32 = 1;
 /// Name of the manifest in a scan folder.
 const MANIFEST: &str = "scan.json";
-/// Largest width or height of a capture that is read, in pixels.
-const MAX_SIDE_PX: u32 = 16_384;
-
-/// Why a scan folder can't be read or written.
-#[derive(Debug, Error)]
-pub enum ScanError {
-    /// A file that can't be read or written.
-    #[error("{path}: {source}")]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A manifest that is not what the format asks for.
-    #[error("{path}: {source}")]
-    Manifest {
-        /// The manifest.
-        path: PathBuf,
-        /// What is wrong, with line and column.
-        source: serde_json::Error,
-    },
-    /// Written by a newer program.
-    #[error("{path}: format {found}, but this program reads format {FORMAT}; use a newer acquirer")]
-    Format {
-        /// The manifest.
-        path: PathBuf,
-        /// The format it says.
-        found: u32,
-    },
-    /// A picture that can't be decoded or encoded.
-    #[error("{path}: {source}")]
-    Picture {
-        /// The picture.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: image::ImageError,
-    },
-    /// A picture that is not of the camera's size.
-    #[error("{path}: {found} px, but scan.json says that the camera gives {expected} px")]
-    Size {
-        /// The picture.
-        path: PathBuf,
-        /// Its size.
-        found: RasterSize,
-        /// The size in the manifest.
-        expected: RasterSize,
-    },
-    /// A manifest entry that points outside of the folder.
-    #[error("{path}: capture file {file:?} must be a relative path inside the scan folder")]
-    Outside {
-        /// The manifest.
-        path: PathBuf,
-        /// The path it gives.
-        file: String,
-    },
-    /// A folder that already holds a scan.
-    #[error("{0} already holds a scan; choose another folder or remove it")]
-    Exists(PathBuf),
-}
-
-/// What the projector showed during a capture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub enum Shows {
-    /// Black.
-    Black,
-    /// White.
-    White,
-    /// The coded grid.
-    Prmvs,
-    /// The single-colour grid.
-    Unary,
-    /// A solid colour.
-    Solid(Rgb),
-}
-
-impl Shows {
-    /// The four kinds of a full recording, in recording order.
-    pub const RECORDING: [Self; 4] = [Self::Black, Self::White, Self::Prmvs, Self::Unary];
-
-    /// The word in file names: the kind, or the colour's six digits.
-    #[must_use]
-    pub fn stem(self) -> String {
-        String::from(self).trim_start_matches('#').to_owned()
-    }
-}
-
-impl From<Shows> for String {
-    fn from(shows: Shows) -> Self {
-        match shows {
-            Shows::Black => "black".into(),
-            Shows::White => "white".into(),
-            Shows::Prmvs => "prmvs".into(),
-            Shows::Unary => "unary".into(),
-            Shows::Solid(colour) => colour.to_string(),
-        }
-    }
-}
-
-impl TryFrom<String> for Shows {
-    type Error = PatternError;
-
-    fn try_from(text: String) -> Result<Self, PatternError> {
-        Ok(match text.as_str() {
-            "black" => Self::Black,
-            "white" => Self::White,
-            "prmvs" => Self::Prmvs,
-            "unary" => Self::Unary,
-            colour => Self::Solid(colour.parse()?),
-        })
-    }
-}
-
-/// One capture in the manifest.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CaptureEntry {
-    /// Without or with the object.
-    pub stage: Stage,
-    /// What was projected.
-    pub shows: Shows,
-    /// Picture file, relative to the folder, with forward slashes.
-    pub file: String,
-}
-
-/// `scan.json`. Unknown keys are kept.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ScanManifest {
-    /// Version of the layout: [`FORMAT`].
-    pub format: u32,
-    /// The coded grid and its unary colour.
-    pub pattern: GridSettings,
-    /// The projector's raster.
-    pub projector: RasterSize,
-    /// Size of the captures.
-    pub camera: RasterSize,
-    /// The captures in the order of recording.
-    pub captures: Vec<CaptureEntry>,
-    /// Calibration file, relative to the folder.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub calibration: Option<String>,
-    /// Everything else.
-    #[serde(flatten)]
-    pub extra: serde_json::Map<String, serde_json::Value>,
-}
+/// Name of the file that says how the grid's colours were chosen.
+const SELECTION: &str = "colours.json";
 
 /// A scan on disk.
 #[derive(Debug, Clone)]
@@ -212,36 +68,9 @@ impl ScanFolder {
     /// # Errors
     /// A manifest that is missing, broken, of another format, or that names files outside the folder.
     pub fn open(dir: &Path) -> Result<Self, ScanError> {
-        let path = dir.join(MANIFEST);
-        let bytes = fs::read(&path).map_err(|source| ScanError::File {
-            path: path.clone(),
-            source,
-        })?;
-        let manifest: ScanManifest =
-            serde_json::from_slice(&bytes).map_err(|source| ScanError::Manifest {
-                path: path.clone(),
-                source,
-            })?;
-        if manifest.format != FORMAT {
-            return Err(ScanError::Format {
-                path,
-                found: manifest.format,
-            });
-        }
-        let files = manifest
-            .captures
-            .iter()
-            .map(|c| &c.file)
-            .chain(&manifest.calibration);
-        if let Some(file) = files.into_iter().find(|file| !is_inside(file)) {
-            return Err(ScanError::Outside {
-                path,
-                file: file.clone(),
-            });
-        }
         Ok(Self {
             dir: dir.to_owned(),
-            manifest,
+            manifest: ScanManifest::read(&dir.join(MANIFEST))?,
         })
     }
 
@@ -291,23 +120,12 @@ impl ScanFolder {
         shows: Shows,
         picture: &RgbImage,
     ) -> Result<(), ScanError> {
-        let known = &self.manifest.captures;
-        let number = known
-            .iter()
-            .filter(|c| c.stage == stage && c.shows == shows)
-            .count();
+        let number = self.manifest.captures_of(stage, shows).count();
         let file = format!("{stage}/{}-{number:02}.png", shows.stem());
         let path = self.dir.join(&file);
         check_size(&path, picture, self.manifest.camera)?;
         make_dir(&self.dir.join(stage.name()))?;
-        let mut png = io::Cursor::new(Vec::new());
-        picture
-            .write_to(&mut png, ImageFormat::Png)
-            .map_err(|source| ScanError::Picture {
-                path: path.clone(),
-                source,
-            })?;
-        write_whole(&path, png.get_ref())?;
+        write_picture(&path, picture)?;
         self.manifest
             .captures
             .push(CaptureEntry { stage, shows, file });
@@ -317,8 +135,12 @@ impl ScanFolder {
     /// Keeps a value beside the contract's keys, for example the settings of the recording.
     ///
     /// # Errors
-    /// A file error.
-    pub fn note(&mut self, key: &str, value: serde_json::Value) -> Result<(), ScanError> {
+    /// A file error, or a value that is no JSON.
+    pub fn note(&mut self, key: &str, value: &impl Serialize) -> Result<(), ScanError> {
+        let value = serde_json::to_value(value).map_err(|source| ScanError::Json {
+            path: self.dir.join(MANIFEST),
+            source,
+        })?;
         self.manifest.extra.insert(key.to_owned(), value);
         self.save_manifest()
     }
@@ -326,12 +148,42 @@ impl ScanFolder {
     /// Adds a calibration file to the scan.
     ///
     /// # Errors
-    /// A file error.
-    pub fn set_calibration(&mut self, json: &str) -> Result<(), ScanError> {
+    /// A file error, or a calibration that can't be.
+    pub fn set_calibration(&mut self, calibration: &RigCalibration) -> Result<(), ScanError> {
         const NAME: &str = "calibration.json";
-        write_whole(&self.dir.join(NAME), json.as_bytes())?;
+        let path = self.dir.join(NAME);
+        let json = calibration.to_json();
+        let json = json.map_err(|source| ScanError::Calibration {
+            path: path.clone(),
+            source,
+        })?;
+        write_whole(&path, json.as_bytes())?;
         self.manifest.calibration = Some(NAME.to_owned());
         self.save_manifest()
+    }
+
+    /// Keeps how the grid's colours were chosen, in a file of its own.
+    ///
+    /// # Errors
+    /// A file error.
+    pub fn set_selection(&self, selection: &ColourSelection) -> Result<(), ScanError> {
+        write_json(&self.dir.join(SELECTION), selection)
+    }
+
+    /// How the grid's colours were chosen, if they were chosen for this scan.
+    ///
+    /// # Errors
+    /// A file that can't be read or is no choice of colours.
+    pub fn selection(&self) -> Result<Option<ColourSelection>, ScanError> {
+        let path = self.dir.join(SELECTION);
+        match fs::read(&path) {
+            Ok(bytes) => match serde_json::from_slice(&bytes) {
+                Ok(selection) => Ok(Some(selection)),
+                Err(source) => Err(ScanError::Json { path, source }),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(source) => Err(ScanError::File { path, source }),
+        }
     }
 
     /// Forgets the captures of one stage, so that it can be recorded again. Their pictures stay until
@@ -370,6 +222,15 @@ impl ScanFolder {
         Ok(captures)
     }
 
+    /// Reads the first picture of a stage that shows one thing; `None` when it was not recorded.
+    ///
+    /// # Errors
+    /// As [`Self::captures`].
+    pub fn first_capture(&self, stage: Stage, shows: Shows) -> Result<Option<RgbImage>, ScanError> {
+        let entry = self.manifest.captures_of(stage, shows).next();
+        entry.map(|entry| self.picture(entry)).transpose()
+    }
+
     /// Reads one picture.
     ///
     /// # Errors
@@ -382,63 +243,8 @@ impl ScanFolder {
     }
 
     fn save_manifest(&self) -> Result<(), ScanError> {
-        let path = self.dir.join(MANIFEST);
-        let mut json =
-            serde_json::to_vec_pretty(&self.manifest).map_err(|source| ScanError::Manifest {
-                path: path.clone(),
-                source,
-            })?;
-        json.push(b'\n');
-        write_whole(&path, &json)
+        self.manifest.write(&self.dir.join(MANIFEST))
     }
-}
-
-/// Reads a PNG or JPEG picture as 8-bit RGB, with bounds on its size so that a hostile file can't fill the
-/// memory.
-///
-/// # Errors
-/// A file that is missing, broken, or larger than 16384 pixels on a side.
-pub fn read_picture(path: &Path) -> Result<RgbImage, ScanError> {
-    let file_error = |source| ScanError::File {
-        path: path.to_owned(),
-        source,
-    };
-    let picture_error = |source| ScanError::Picture {
-        path: path.to_owned(),
-        source,
-    };
-    let mut reader = image::ImageReader::open(path)
-        .map_err(file_error)?
-        .with_guessed_format()
-        .map_err(file_error)?;
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(MAX_SIDE_PX);
-    limits.max_image_height = Some(MAX_SIDE_PX);
-    reader.limits(limits);
-    Ok(reader.decode().map_err(picture_error)?.into_rgb8())
-}
-
-/// Writes a file so that after a crash it is whole or absent: beside its name, flushed, renamed.
-///
-/// # Errors
-/// What the system says, with the path.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ScanError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    let write = || {
-        let mut file = File::create(&beside)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&beside, path)?;
-        // the rename itself lasts only once the folder is on the disk
-        path.parent()
-            .map_or(Ok(()), |parent| File::open(parent)?.sync_all())
-    };
-    write().map_err(|source| ScanError::File {
-        path: path.to_owned(),
-        source,
-    })
 }
 
 fn make_dir(dir: &Path) -> Result<(), ScanError> {
@@ -446,28 +252,4 @@ fn make_dir(dir: &Path) -> Result<(), ScanError> {
         path: dir.to_owned(),
         source,
     })
-}
-
-fn check_size(path: &Path, picture: &RgbImage, expected: RasterSize) -> Result<(), ScanError> {
-    let found = RasterSize {
-        width: picture.width(),
-        height: picture.height(),
-    };
-    if found == expected {
-        Ok(())
-    } else {
-        Err(ScanError::Size {
-            path: path.to_owned(),
-            found,
-            expected,
-        })
-    }
-}
-
-fn is_inside(file: &str) -> bool {
-    let path = Path::new(file);
-    !file.is_empty()
-        && path
-            .components()
-            .all(|part| matches!(part, Component::Normal(_)))
 }

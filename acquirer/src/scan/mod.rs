@@ -1,7 +1,18 @@
 //! The scan folder: captures on disk, what was projected, and where the results go.
 
+mod error;
 mod folder;
+mod fresh_folder;
+mod manifest;
+mod picture;
+mod shows;
+mod whole_file;
 
-pub use folder::{
-    CaptureEntry, FORMAT, ScanError, ScanFolder, ScanManifest, Shows, read_picture, write_whole,
-};
+pub use error::ScanError;
+pub use folder::ScanFolder;
+pub use fresh_folder::fresh_folder;
+pub(crate) use manifest::write_json;
+pub use manifest::{CaptureEntry, FORMAT, ScanManifest};
+pub use picture::{read_picture, write_picture};
+pub use shows::Shows;
+pub use whole_file::{WholeFile, write_whole};

@@ -6,12 +6,14 @@
 
 mod colours;
 mod latency;
+mod new_scan;
 mod progress;
 mod rig;
 mod scan;
 
 pub use colours::{ColourTrialResult, apply_selection, try_colours};
 pub use latency::{Latency, LatencySettings, measure_latency};
+pub use new_scan::{NewScan, grid_warnings, projected};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};
 pub use scan::{RecordSettings, record_stage};

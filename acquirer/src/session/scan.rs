@@ -36,7 +36,7 @@ impl RecordSettings {
 }
 
 /// Records one stage into the folder, in place of what it holds of that stage. A capture is on disk before the
-/// next is taken.
+/// next is taken; how many frames the camera lost so far is noted.
 ///
 /// # Errors
 /// As [`Rig::shoot`], and what the folder says; captures already written stay.
@@ -64,6 +64,7 @@ pub fn record_stage(
             folder.add_capture(stage, shows, &frame.picture)?;
         }
     }
+    folder.note("frames_lost", &rig.camera.losses())?;
     report(Progress {
         what: format!("recorded {stage}"),
         done: of,

@@ -1,6 +1,7 @@
 //! The simulated room through its public interface: where light falls, how much of it, when, and what is refused.
 
 mod light;
+mod line_truth;
 mod scene_files;
 mod sensor;
 mod time;

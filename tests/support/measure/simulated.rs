@@ -28,6 +28,15 @@ pub struct Repeats {
     pub unary: usize,
 }
 
+impl Repeats {
+    /// Two frames each of black and white, one of the coded grid: what reading a single frame takes.
+    pub const SINGLE_FRAME: Self = Self {
+        references: 2,
+        coded: 1,
+        unary: 0,
+    };
+}
+
 impl Default for Repeats {
     /// As `config/acquirer.toml` records.
     fn default() -> Self {
@@ -74,17 +83,12 @@ impl SimulatedScan {
         }
     }
 
-    /// The box before the wall (`config/scenes/cube.toml`), seen by a camera of this size with the shipped camera's
-    /// field across: two frames each of black and white, one of the shipped grid, coded only.
+    /// The box before the wall (`config/scenes/cube.toml`) under the shipped grid, seen by a camera of this size with
+    /// the shipped camera's field across.
     ///
     /// # Errors
     /// A scene file that is not there.
-    pub fn of_camera(size: (u32, u32)) -> anyhow::Result<Self> {
-        let repeats = Repeats {
-            references: 2,
-            coded: 1,
-            unary: 0,
-        };
+    pub fn of_camera(size: (u32, u32), repeats: Repeats) -> anyhow::Result<Self> {
         let scene = scene_of_camera("cube", size)?;
         Ok(Self::record(&scene, &GridSettings::default(), repeats))
     }
@@ -112,7 +116,7 @@ impl SimulatedScan {
                 }
             }
         }
-        folder.set_calibration(&self.calibration.to_json()?)?;
+        folder.set_calibration(&self.calibration)?;
         write_truth_csv(&self.truth, fs::File::create(dir.join("truth.csv"))?)?;
         Ok(())
     }

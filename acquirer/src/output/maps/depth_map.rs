@@ -1,7 +1,8 @@
 //! Depth in colours over the camera's picture: where the surface is, and where there is a hole.
 //!
-//! Takes shift rows or surface points, gives the mesh's cells as the camera sees them, coloured by relative depth
-//! or by distance in mm. Cells with a missing crossing or a cut stay open.
+//! Takes shift rows, surface points or differences, gives the mesh's cells as the camera sees them, coloured by
+//! relative depth, by distance in mm, or by height over the background in mm. Cells with a missing crossing or a cut
+//! stay open.
 
 use image::RgbImage;
 
@@ -13,8 +14,14 @@ use crate::{
         relief::{mesh::Mesh, paint_flat},
         shift_table::ShiftRow,
     },
-    pipeline::{grid::DecodedGrid, surface::SurfacePoint},
+    pipeline::{
+        grid::DecodedGrid,
+        surface::{SurfacePoint, difference::Difference},
+    },
 };
+
+/// The share of heights on either side that may be outliers; they take the colours of the ends.
+const OUTLIERS: f64 = 0.01;
 
 /// Colours the picture by relative depth.
 #[must_use]
@@ -35,6 +42,15 @@ pub fn surface_depth_map(
     let mesh = Mesh::from_surface(points, grid);
     let depths = mesh.nodes.iter().map(|node| node.position[2]);
     let scale = Scale::covering(depths, 0.0, "z / mm").turned();
+    map(&mesh, &scale, picture)
+}
+
+/// Colours the picture by the object's height over the background, in mm; high is yellow.
+#[must_use]
+pub fn height_map(differences: &[Difference], grid: &DecodedGrid, picture: &RgbImage) -> Figure {
+    let mesh = Mesh::from_differences(differences, grid);
+    let heights = mesh.nodes.iter().map(|node| node.position[2]);
+    let scale = Scale::covering(heights, OUTLIERS, "height / mm");
     map(&mesh, &scale, picture)
 }
 

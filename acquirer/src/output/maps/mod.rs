@@ -1,4 +1,4 @@
-//! What was measured, drawn over the camera's picture: labels, shifts, depth.
+//! What was measured, drawn over the camera's picture: labels, shifts, depth, height.
 //!
 //! # Conventions
 //! One unit of a drawing is a camera pixel. Marks and letters are sized for a picture 640 px wide and grow with
@@ -10,7 +10,7 @@ mod label_map;
 
 mod shift_map;
 
-pub use depth_map::{relative_depth_map, surface_depth_map};
+pub use depth_map::{height_map, relative_depth_map, surface_depth_map};
 pub use label_map::{label_map, reason_colour, reason_words};
 pub use shift_map::shift_map;
 

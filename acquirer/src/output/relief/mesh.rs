@@ -1,6 +1,6 @@
 //! The surface between the crossings: nodes, and the cells between them that may be filled.
 //!
-//! Takes shift rows or surface points, gives a mesh with one node per crossing (the mean of its vertices) and a
+//! Takes shift rows, surface points or differences, gives a mesh with one node per crossing (the mean of its vertices) and a
 //! cell wherever four neighbouring crossings were read and no step between them is a cut. A step is a cut when it
 //! is too steep for a surface that both devices see, or steep and a large part of the whole depth range
 //! ([`CutRule`]). A cut that is lower than that is bridged quietly; a very steep side stays open.
@@ -11,7 +11,10 @@ use shared::pattern::GridIndex;
 
 use crate::{
     output::{colour_map::spread, shift_table::ShiftRow},
-    pipeline::{grid::DecodedGrid, surface::SurfacePoint},
+    pipeline::{
+        grid::DecodedGrid,
+        surface::{SurfacePoint, difference::Difference},
+    },
 };
 
 /// The share of nodes on either side of the depth range that may be outliers.
@@ -115,17 +118,8 @@ impl Mesh {
     #[must_use]
     pub fn from_surface(points: &[SurfacePoint], grid: &DecodedGrid) -> Self {
         let samples = points.iter().filter_map(|point| {
-            point.corner?;
-            let index = GridIndex {
-                row: point.row?,
-                column: point.column?,
-            };
-            let node = Node {
-                position: point.position_mm,
-                step_value: point.position_mm[2],
-                seen_at: grid.crossing(index).map(|c| [c.centre.x, c.centre.y]),
-            };
-            Some((index, node))
+            let position = point.position_mm;
+            sample(point, position, grid)
         });
         let dots = points.iter().map(|point| Dot {
             position: point.position_mm,
@@ -133,6 +127,17 @@ impl Mesh {
             colour: Some(point.colour),
         });
         Self::new(samples, dots, CutRule::MILLIMETRES)
+    }
+
+    /// A mesh from the vertices among differences: x and y as the surface's, the third is the height over the
+    /// background, all in mm. It is cut where the surface is.
+    #[must_use]
+    pub fn from_differences(differences: &[Difference], grid: &DecodedGrid) -> Self {
+        let samples = differences.iter().filter_map(|difference| {
+            let [x, y, _] = difference.point.position_mm;
+            sample(&difference.point, [x, y, difference.height_mm], grid)
+        });
+        Self::new(samples, std::iter::empty(), CutRule::MILLIMETRES)
     }
 
     fn new(
@@ -192,6 +197,25 @@ fn cells(
         (!cut).then_some(cell)
     };
     indices.iter().filter_map(whole).collect()
+}
+
+/// A vertex of a crossing in mm; the step rule looks at its distance.
+fn sample(
+    point: &SurfacePoint,
+    position: [f64; 3],
+    grid: &DecodedGrid,
+) -> Option<(GridIndex, Node)> {
+    point.corner?;
+    let index = GridIndex {
+        row: point.row?,
+        column: point.column?,
+    };
+    let node = Node {
+        position,
+        step_value: point.position_mm[2],
+        seen_at: grid.crossing(index).map(|c| [c.centre.x, c.centre.y]),
+    };
+    Some((index, node))
 }
 
 fn mean(nodes: &[Node]) -> Node {

@@ -17,7 +17,7 @@ use image::{Rgb as Pixel, RgbImage};
 use self::{
     axes::Axes,
     mesh::{Mesh, Node},
-    raster::{Corner, Samples},
+    raster::{Corner, draw_over},
     view::Projection,
 };
 pub use view::Viewpoint;
@@ -97,30 +97,29 @@ fn draw(
     axes.draw_walls(&projection, &mut walls);
     walls.paint(&mut picture, 1.0);
 
-    let mut samples = Samples::new(width, height);
     let colour = |value: [f64; 2]| match colouring {
         Colouring::Depth => scale.colour(value[0]),
         Colouring::Picture(seen) => pixel_at(seen, value),
     };
-    for corners in cell_corners(mesh, &projection, colouring) {
-        let middle = mean(&corners);
-        for k in 0..4 {
-            samples.triangle(&[corners[k], corners[(k + 1) % 4], middle], &colour);
-        }
-    }
+    let cells = cell_corners(mesh, &projection, colouring);
     let [vertex_px, line_px] = DOT_PX;
     let most = DOT_SHARE * spacing_px(mesh, &projection);
-    for dot in &mesh.dots {
-        let own = match colouring {
-            Colouring::Depth => scale.colour(dot.position[2]),
-            Colouring::Picture(seen) => dot
-                .colour
-                .unwrap_or_else(|| pixel_at(seen, [dot.position[0], dot.position[1]])),
-        };
-        let radius = if dot.is_vertex { vertex_px } else { line_px };
-        samples.dot(projection.place(dot.position), radius.min(most), own);
-    }
-    samples.put_over(&mut picture);
+    draw_over(&mut picture, |samples| {
+        for corners in &cells {
+            samples.cell(corners, &colour);
+        }
+        for dot in &mesh.dots {
+            let radius = if dot.is_vertex { vertex_px } else { line_px };
+            let own = || match (colouring, dot.colour) {
+                (Colouring::Depth, _) => scale.colour(dot.position[2]),
+                (Colouring::Picture(_), Some(colour)) => colour,
+                (Colouring::Picture(seen), None) => {
+                    pixel_at(seen, [dot.position[0], dot.position[1]])
+                }
+            };
+            samples.dot(projection.place(dot.position), radius.min(most), own);
+        }
+    });
 
     let mut drawing = new_drawing();
     axes.draw_labels(&projection, &mut drawing);
@@ -152,7 +151,6 @@ fn spacing_px(mesh: &Mesh, projection: &Projection) -> f64 {
 
 /// Paints the cells over the camera's picture, where it sees them, coloured by depth and not shaded.
 pub(super) fn paint_flat(mesh: &Mesh, scale: &Scale, picture: &mut RgbImage) {
-    let mut samples = Samples::new(picture.width(), picture.height());
     let corner = |node: usize| {
         let Node {
             position, seen_at, ..
@@ -164,15 +162,11 @@ pub(super) fn paint_flat(mesh: &Mesh, scale: &Scale, picture: &mut RgbImage) {
             value: [position[2], 0.0],
         }
     };
-    for cell in &mesh.cells {
-        let corners = cell.map(corner);
-        let middle = mean(&corners);
-        for k in 0..4 {
-            let triangle = [corners[k], corners[(k + 1) % 4], middle];
-            samples.triangle(&triangle, &|value| scale.colour(value[0]));
+    draw_over(picture, |samples| {
+        for cell in &mesh.cells {
+            samples.cell(&cell.map(corner), &|value| scale.colour(value[0]));
         }
-    }
-    samples.put_over(picture);
+    });
 }
 
 /// The corners of every cell as they are drawn.
@@ -231,15 +225,6 @@ fn cell_normal(cell: &[usize; 4], turned: &[[f64; 3]]) -> [f64; 3] {
     ];
     let length = dot(normal, normal).sqrt().max(f64::MIN_POSITIVE);
     normal.map(|n| n / length)
-}
-
-fn mean(corners: &[Corner; 4]) -> Corner {
-    let sum = |value: &dyn Fn(&Corner) -> f64| corners.iter().map(value).sum::<f64>() / 4.0;
-    Corner {
-        place: [0, 1, 2].map(|k| sum(&|c| c.place[k])),
-        normal: [0, 1, 2].map(|k| sum(&|c| c.normal[k])),
-        value: [0, 1].map(|k| sum(&|c| c.value[k])),
-    }
 }
 
 /// The colour of a picture at a position between its pixels; grey where there is none.

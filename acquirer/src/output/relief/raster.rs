@@ -1,9 +1,16 @@
 //! Triangles into pixels: a depth buffer, nine samples per pixel, light from the upper left.
+//!
+//! A picture is drawn in bands of rows, so that the samples of only a few rows are in memory at a time.
 
-use image::{Rgb as Pixel, RgbImage};
+use std::ops::Range;
+
+use image::RgbImage;
+use rayon::prelude::*;
 
 /// Samples per pixel in each direction.
 const SAMPLES: u32 = 3;
+/// Rows of a band, in px.
+const BAND_ROWS: usize = 16;
 /// Width of the line along the grid, in px.
 const LINE_PX: f64 = 1.3;
 /// How much of a line's light is left.
@@ -25,29 +32,64 @@ pub(super) struct Corner {
     pub(super) value: [f64; 2],
 }
 
-/// Samples of a picture that triangles have been drawn into.
+/// Draws over a picture, each pixel the mean of its samples. `draw` is asked for each band, by several threads, and
+/// must do the same for all.
+pub(super) fn draw_over(picture: &mut RgbImage, draw: impl Fn(&mut Samples) + Sync) {
+    let (width, height) = picture.dimensions();
+    let band = 3 * width.max(1) as usize * BAND_ROWS;
+    let bands = picture.par_chunks_mut(band).enumerate();
+    bands.for_each(|(k, pixels)| {
+        let first = (k * BAND_ROWS) as u32;
+        let last = (first + BAND_ROWS as u32).min(height);
+        let mut samples = Samples::new(width, first..last);
+        draw(&mut samples);
+        samples.put_over(pixels);
+    });
+}
+
+/// Samples of a band of a picture that triangles are drawn into.
 pub(super) struct Samples {
     width: u32,
-    height: u32,
+    rows: Range<u32>,
     away: Vec<f32>,
     colour: Vec<[u8; 3]>,
 }
 
 impl Samples {
-    /// Nothing drawn, for a picture of this size in px.
-    pub(super) fn new(width: u32, height: u32) -> Self {
-        let (width, height) = (width * SAMPLES, height * SAMPLES);
-        let count = width as usize * height as usize;
+    /// Nothing drawn, for a picture of this width and some of its rows, in px.
+    fn new(width: u32, rows: Range<u32>) -> Self {
+        let width = width * SAMPLES;
+        let rows = rows.start * SAMPLES..rows.end * SAMPLES;
+        let count = width as usize * rows.len();
         Self {
             width,
-            height,
+            rows,
             away: vec![f32::INFINITY; count],
             colour: vec![[0; 3]; count],
         }
     }
 
+    /// Where a sample of the whole picture stands in the band.
+    fn at(&self, x: u32, y: u32) -> usize {
+        (y - self.rows.start) as usize * self.width as usize + x as usize
+    }
+
+    /// The samples between two places along the rows, or down the picture, that the band has.
+    fn span(low: f64, high: f64, within: &Range<u32>) -> Range<u32> {
+        let clamp = |v: f64| v.clamp(f64::from(within.start), f64::from(within.end)) as u32;
+        clamp(low.ceil())..clamp(high.ceil())
+    }
+
+    /// Draws a cell as four triangles that meet in its middle, with lines along its sides.
+    pub(super) fn cell(&mut self, corners: &[Corner; 4], colour: &dyn Fn([f64; 2]) -> [u8; 3]) {
+        let middle = mean(corners);
+        for k in 0..4 {
+            self.triangle(&[corners[k], corners[(k + 1) % 4], middle], colour);
+        }
+    }
+
     /// Draws a triangle; the side between its first two corners is a line of the grid.
-    pub(super) fn triangle(&mut self, corners: &[Corner; 3], colour: &dyn Fn([f64; 2]) -> [u8; 3]) {
+    fn triangle(&mut self, corners: &[Corner; 3], colour: &dyn Fn([f64; 2]) -> [u8; 3]) {
         let scale = f64::from(SAMPLES);
         let p = corners.map(|c| [c.place[0] * scale, c.place[1] * scale]);
         let twice_area = cross(p[0], p[1], p[2]);
@@ -56,15 +98,14 @@ impl Samples {
         }
         let side = (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]);
         let line_share = LINE_PX / 2.0 * scale * side / twice_area.abs();
-        let span = |k: usize, length: u32| {
+        let span = |k: usize, within: &Range<u32>| {
             let values = p.map(|q| q[k]);
             let low = values.into_iter().fold(f64::INFINITY, f64::min);
             let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            let clamp = |v: f64| v.clamp(0.0, f64::from(length)) as u32;
-            clamp((low - 0.5).ceil())..clamp((high + 0.5).ceil())
+            Self::span(low - 0.5, high + 0.5, within)
         };
-        let columns = span(0, self.width);
-        for y in span(1, self.height) {
+        let columns = span(0, &(0..self.width));
+        for y in span(1, &self.rows) {
             for x in columns.clone() {
                 let at = [f64::from(x) + 0.5, f64::from(y) + 0.5];
                 let weights = [
@@ -85,24 +126,27 @@ impl Samples {
     }
 
     /// Draws a round dot of a given radius (px) a little before the surface, darker than it.
-    pub(super) fn dot(&mut self, place: [f64; 3], radius: f64, colour: [u8; 3]) {
+    pub(super) fn dot(&mut self, place: [f64; 3], radius: f64, colour: impl Fn() -> [u8; 3]) {
         if !place.iter().all(|v| v.is_finite()) {
             return;
         }
         let scale = f64::from(SAMPLES);
         let (x, y, r) = (place[0] * scale, place[1] * scale, radius * scale);
         let away = (place[2] - DOT_BEFORE_PX) as f32;
-        let span = |centre: f64, length: u32| {
-            let clamp = |v: f64| v.clamp(0.0, f64::from(length)) as u32;
-            clamp((centre - r).floor())..clamp((centre + r).ceil())
-        };
-        for sy in span(y, self.height) {
-            for sx in span(x, self.width) {
-                let at = sy as usize * self.width as usize + sx as usize;
+        let span =
+            |centre: f64, within: &Range<u32>| Self::span((centre - r).floor(), centre + r, within);
+        let (columns, rows) = (span(x, &(0..self.width)), span(y, &self.rows));
+        if rows.is_empty() {
+            return;
+        }
+        let shaded = colour().map(|v| (f64::from(v) * DOT_SHADE) as u8);
+        for sy in rows {
+            for sx in columns.clone() {
+                let at = self.at(sx, sy);
                 let inside = (f64::from(sx) + 0.5 - x).hypot(f64::from(sy) + 0.5 - y) <= r;
                 if inside && away < self.away[at] {
                     self.away[at] = away;
-                    self.colour[at] = colour.map(|v| (f64::from(v) * DOT_SHADE) as u8);
+                    self.colour[at] = shaded;
                 }
             }
         }
@@ -119,7 +163,7 @@ impl Samples {
         let [u, v, w] = weights;
         let mix = |a: f64, b: f64, c: f64| u * a + v * b + w * c;
         let away = mix(a.place[2], b.place[2], c.place[2]) as f32;
-        let at = y as usize * self.width as usize + x as usize;
+        let at = self.at(x, y);
         if away >= self.away[at] {
             return;
         }
@@ -130,41 +174,45 @@ impl Samples {
         self.colour[at] = colour(value).map(|v| (f64::from(v) * light).clamp(0.0, 255.0) as u8);
     }
 
-    /// Puts what was drawn over a picture, each pixel the mean of its samples.
-    pub(super) fn put_over(&self, picture: &mut RgbImage) {
-        for (x, y, pixel) in picture.enumerate_pixels_mut() {
-            if !self.is_covered(x, y) {
+    /// Puts what was drawn over the pixels of the band.
+    fn put_over(&self, pixels: &mut [u8]) {
+        let width = (self.width / SAMPLES) as usize;
+        for (at, pixel) in pixels.chunks_exact_mut(3).enumerate() {
+            let (x, y) = ((at % width) as u32, (at / width) as u32);
+            let samples = self.of_pixel(x, y);
+            if samples.clone().all(|at| self.away[at].is_infinite()) {
                 continue;
             }
             let mut sum = [0_u32; 3];
-            for dy in 0..SAMPLES {
-                for dx in 0..SAMPLES {
-                    let (sx, sy) = (x * SAMPLES + dx, y * SAMPLES + dy);
-                    let at = sy as usize * self.width as usize + sx as usize;
-                    let below = pixel.0;
-                    let sample = match self.away.get(at) {
-                        Some(away) if away.is_finite() => self.colour[at],
-                        _ => below,
-                    };
-                    for (total, value) in sum.iter_mut().zip(sample) {
-                        *total += u32::from(value);
-                    }
+            for at in samples {
+                let drawn = self.away[at].is_finite();
+                for (c, total) in sum.iter_mut().enumerate() {
+                    let value = if drawn { self.colour[at][c] } else { pixel[c] };
+                    *total += u32::from(value);
                 }
             }
             let count = SAMPLES * SAMPLES;
-            *pixel = Pixel(sum.map(|total| ((total + count / 2) / count) as u8));
+            for (value, total) in pixel.iter_mut().zip(sum) {
+                *value = ((total + count / 2) / count) as u8;
+            }
         }
+    }
+
+    /// The samples of a pixel of the band.
+    fn of_pixel(&self, x: u32, y: u32) -> impl Iterator<Item = usize> + Clone {
+        let first = (y * SAMPLES) as usize * self.width as usize + (x * SAMPLES) as usize;
+        let width = self.width as usize;
+        (0..SAMPLES as usize)
+            .flat_map(move |dy| (0..SAMPLES as usize).map(move |dx| first + dy * width + dx))
     }
 }
 
-impl Samples {
-    /// Whether something was drawn into a pixel.
-    fn is_covered(&self, x: u32, y: u32) -> bool {
-        (0..SAMPLES).any(|dy| {
-            let begin = (y * SAMPLES + dy) as usize * self.width as usize + (x * SAMPLES) as usize;
-            let row = self.away.get(begin..begin + SAMPLES as usize);
-            row.is_some_and(|row| row.iter().any(|away| away.is_finite()))
-        })
+fn mean(corners: &[Corner; 4]) -> Corner {
+    let sum = |value: &dyn Fn(&Corner) -> f64| corners.iter().map(value).sum::<f64>() / 4.0;
+    Corner {
+        place: [0, 1, 2].map(|k| sum(&|c| c.place[k])),
+        normal: [0, 1, 2].map(|k| sum(&|c| c.normal[k])),
+        value: [0, 1].map(|k| sum(&|c| c.value[k])),
     }
 }
 

@@ -1,16 +1,22 @@
 //! How the grid's colours were chosen: each colour's scores, how well pairs are told apart, region by region.
 
-use shared::pattern::Rgb;
+use std::path::Path;
+
+use image::RgbImage;
+use shared::{pattern::Rgb, stage::Stage};
 
 use super::{
     Content,
-    html::{Encoding, Section, bar, drawn, escaped, figure, percent, swatch, table},
+    body::Section,
+    html::{bar, escaped, figure, percent, swatch, table},
 };
 use crate::{
     output::{
         OutputError,
+        data_uri::Encoding,
         drawing::{Anchor, Drawing, Ink, Text},
         figure::{Figure, PAPER, subdued},
+        figures::scene_of,
     },
     pipeline::colour_choice::{ColourScore, ColourSelection, ColourSet, TileScore},
 };
@@ -21,7 +27,7 @@ const WORST_PAIR_ERROR: f64 = 0.5;
 pub(super) fn section(
     selection: &ColourSelection,
     content: &Content<'_>,
-) -> Result<Section, OutputError> {
+) -> Result<Section<'static>, OutputError> {
     let reasons: String = selection
         .reasons
         .iter()
@@ -51,7 +57,7 @@ pub(super) fn section(
     Ok(Section {
         id: "colours",
         title: "Why these colours",
-        body,
+        body: body.into(),
     })
 }
 
@@ -258,27 +264,8 @@ fn regions(selection: &ColourSelection, content: &Content<'_>) -> Result<String,
     if selection.tiles.is_empty() {
         return Ok(String::new());
     }
-    let captures = content.captures[0];
-    let scene = [&captures.white, &captures.unary, &captures.prmvs]
-        .into_iter()
-        .find_map(|kind| kind.first());
-    let map = scene.map(|picture| {
-        let mut drawing = Drawing::new(picture.width().into(), picture.height().into());
-        let unit = f64::from(picture.width()) / 640.0;
-        for (k, tile) in selection.tiles.iter().enumerate() {
-            draw_tile(&mut drawing, k, tile, unit);
-        }
-        Figure {
-            picture: subdued(picture, 0.6),
-            px_per_unit: 1.0,
-            drawing,
-        }
-    });
-    let map = match map {
-        Some(map) => figure(
-            &drawn(&map, Encoding::Jpeg)?,
-            "Regions of the scene with the expected error of the chosen four.",
-        ),
+    let map = match scene_of(content.folder, Stage::Background)? {
+        Some(scene) => tile_map(&selection.tiles, &scene)?,
         None => String::new(),
     };
     let rows: String = selection
@@ -292,6 +279,24 @@ fn regions(selection: &ColourSelection, content: &Content<'_>) -> Result<String,
          seen in a region, in percent; empty where no projected light arrives.</p>\n{}</div></div>\n",
         heat_table(&selection.colours, "", &rows)
     ))
+}
+
+/// The regions over the scene's picture.
+fn tile_map(tiles: &[TileScore], scene: &RgbImage) -> Result<String, OutputError> {
+    let mut drawing = Drawing::new(scene.width().into(), scene.height().into());
+    let unit = f64::from(scene.width()) / 640.0;
+    for (k, tile) in tiles.iter().enumerate() {
+        draw_tile(&mut drawing, k, tile, unit);
+    }
+    let map = Figure {
+        picture: subdued(scene, 0.6),
+        px_per_unit: 1.0,
+        drawing,
+    };
+    let svg = map.svg(Encoding::Jpeg);
+    let svg = svg.map_err(|source| OutputError::picture(Path::new("report.html"), source))?;
+    let caption = "Regions of the scene with the expected error of the chosen four.";
+    Ok(figure(&svg, caption))
 }
 
 fn draw_tile(drawing: &mut Drawing, k: usize, tile: &TileScore, unit: f64) {

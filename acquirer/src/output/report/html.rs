@@ -1,67 +1,9 @@
-//! Pieces of HTML: sections, figures, tables, colours.
+//! Pieces of HTML: figures, tables, colours.
 
-use std::path::PathBuf;
-
-use base64::{Engine as _, engine::general_purpose::STANDARD};
-use image::{ImageFormat, RgbImage, codecs::jpeg::JpegEncoder};
 use shared::pattern::Rgb;
 
 pub(super) use crate::output::drawing::escaped;
-use crate::output::{OutputError, figure::Figure};
-
-/// Quality of embedded photographs: without visible blocks round thin coloured lines.
-const JPEG_QUALITY: u8 = 90;
-
-/// A part of the page.
-#[derive(Debug)]
-pub(super) struct Section {
-    /// Where the page's menu jumps to.
-    pub(super) id: &'static str,
-    pub(super) title: &'static str,
-    /// HTML.
-    pub(super) body: String,
-}
-
-impl Section {
-    pub(super) fn html(&self) -> String {
-        format!(
-            "<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n",
-            self.id,
-            escaped(self.title),
-            self.body
-        )
-    }
-}
-
-/// How a picture is embedded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Encoding {
-    /// For photographs.
-    Jpeg,
-    /// For pictures with flat colours.
-    Png,
-}
-
-/// A picture as the address of itself.
-pub(super) fn data_uri(picture: &RgbImage, encoding: Encoding) -> Result<String, OutputError> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    let done = match encoding {
-        Encoding::Jpeg => {
-            picture.write_with_encoder(JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY))
-        }
-        Encoding::Png => picture.write_to(&mut bytes, ImageFormat::Png),
-    };
-    done.map_err(|source| OutputError::Picture {
-        path: PathBuf::from("report.html"),
-        source,
-    })?;
-    let kind = match encoding {
-        Encoding::Jpeg => "jpeg",
-        Encoding::Png => "png",
-    };
-    let data = STANDARD.encode(bytes.get_ref());
-    Ok(format!("data:image/{kind};base64,{data}"))
-}
+use crate::output::figures::SavedFigure;
 
 /// A figure from its content (HTML) and a caption in plain text.
 pub(super) fn figure(content: &str, caption: &str) -> String {
@@ -69,28 +11,16 @@ pub(super) fn figure(content: &str, caption: &str) -> String {
     format!("<figure>{content}<figcaption>{caption}</figcaption></figure>\n")
 }
 
-/// A photograph with a caption.
-pub(super) fn photograph(picture: &RgbImage, caption: &str) -> Result<String, OutputError> {
-    let uri = data_uri(picture, Encoding::Jpeg)?;
-    let image = format!("<img src=\"{uri}\" alt=\"{}\">", escaped(caption));
-    Ok(figure(&image, caption))
+/// Figures one after the other.
+pub(super) fn figures(figures: &[SavedFigure]) -> String {
+    let html = figures.iter().map(|f| figure(&f.svg, f.caption));
+    html.collect()
 }
 
-/// A drawing over its picture, as SVG.
-pub(super) fn drawn(figure: &Figure, encoding: Encoding) -> Result<String, OutputError> {
-    let size = [figure.picture.width(), figure.picture.height()];
-    let [width, height] = size.map(|px| f64::from(px) / figure.px_per_unit);
-    let below = format!(
-        "<image width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" href=\"{}\"/>",
-        data_uri(&figure.picture, encoding)?
-    );
-    Ok(figure.drawing.svg("paper", &below))
-}
-
-/// Things that stand side by side where there is room.
-pub(super) fn side_by_side(content: &str) -> String {
-    format!("<div class=\"pair\">\n{content}</div>\n")
-}
+/// Around things that stand side by side where there is room.
+pub(super) const PAIR: [&str; 2] = ["<div class=\"pair\">\n", "</div>\n"];
+/// The same for narrow tables.
+pub(super) const PAIR_OF_TABLES: [&str; 2] = ["<div class=\"pair tables\">\n", "</div>\n"];
 
 /// A small field of a colour.
 pub(super) fn swatch(colour: Rgb) -> String {

@@ -5,7 +5,10 @@ use shared::{
     sequence::{Alphabet, window_order},
 };
 
-use super::html::{Section, escaped, figure, swatch};
+use super::{
+    body::Section,
+    html::{escaped, figure, swatch},
+};
 use crate::output::{
     Summary,
     drawing::{Drawing, Ink},
@@ -14,7 +17,7 @@ use crate::output::{
 /// More lines than this are not listed one by one.
 const MOST_LISTED: usize = 63;
 
-pub(super) fn section(summary: &Summary) -> Section {
+pub(super) fn section(summary: &Summary) -> Section<'static> {
     let grid = &summary.pattern.coded;
     let drawing = figure(
         &raster_drawing(grid, summary.projector).svg("raster", ""),
@@ -46,7 +49,7 @@ pub(super) fn section(summary: &Summary) -> Section {
     Section {
         id: "pattern",
         title: "What was projected",
-        body: format!("<div class=\"pair\">\n{drawing}{facts}\n</div>\n"),
+        body: format!("<div class=\"pair\">\n{drawing}{facts}\n</div>\n").into(),
     }
 }
 

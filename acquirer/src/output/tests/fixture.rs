@@ -3,14 +3,15 @@
 use std::path::Path;
 
 use image::{Rgb as Pixel, RgbImage};
+use nalgebra::Vector3;
 use shared::{
-    geometry::CameraPixel,
+    geometry::{CameraPixel, Lens, Pose, RigCalibration},
     pattern::{Axis, Corner, GridIndex, GridSettings, RasterSize, Rgb},
     stage::Stage,
 };
 
 use crate::{
-    output::{OutputError, ResultPaths, write_results},
+    output::{EncodedPicture, OutputError, ResultPaths, write_results},
     pipeline::{
         Method, Projected, StagePicture, StageReading,
         colour_choice::{ColourScore, ColourSelection, ColourSet, Separability, TileScore},
@@ -26,6 +27,11 @@ use crate::{
 pub(super) const CAMERA: RasterSize = RasterSize {
     width: 640,
     height: 480,
+};
+/// The projector's raster.
+const RASTER: RasterSize = RasterSize {
+    width: 1024,
+    height: 768,
 };
 /// Distance of wall and box, in millimetres.
 pub(super) const WALL_MM: f64 = 1000.0;
@@ -114,11 +120,7 @@ fn reading(stage: Stage) -> StageReading {
                 .flat_map(|k| Axis::BOTH.map(|axis| track(axis, k)))
                 .collect(),
         },
-        pictures: vec![StagePicture {
-            name: "gain",
-            caption: "Light of the projector, without the room's & the surface's <share>.".into(),
-            picture: picture(60),
-        }],
+        pictures: Vec::new(),
     }
 }
 
@@ -152,14 +154,31 @@ fn picture(grey: u8) -> RgbImage {
     })
 }
 
-/// A recorded scan with one capture of each kind; calibrated in name only, which is all that output needs.
+fn calibration() -> RigCalibration {
+    let lens = |size: RasterSize| Lens {
+        width: size.width,
+        height: size.height,
+        fx: FOCAL_PX,
+        fy: FOCAL_PX,
+        cx: f64::from(size.width) / 2.0,
+        cy: f64::from(size.height) / 2.0,
+        distortion: [0.0; 5],
+    };
+    RigCalibration {
+        camera: lens(CAMERA),
+        projector: lens(RASTER),
+        projector_from_camera: Pose {
+            translation_mm: Vector3::new(200.0, 0.0, 0.0),
+            ..Pose::identity()
+        },
+    }
+}
+
+/// A recorded scan with one capture of each kind.
 pub(super) fn recorded(dir: &Path, calibrated: bool) -> ScanFolder {
     let projected = Projected {
         pattern: GridSettings::default(),
-        raster: RasterSize {
-            width: 1024,
-            height: 768,
-        },
+        raster: RASTER,
     };
     let mut folder = ScanFolder::create(dir, &projected, CAMERA).unwrap();
     for stage in Stage::BOTH {
@@ -168,7 +187,7 @@ pub(super) fn recorded(dir: &Path, calibrated: bool) -> ScanFolder {
         }
     }
     if calibrated {
-        folder.set_calibration("{}").unwrap();
+        folder.set_calibration(&calibration()).unwrap();
     }
     folder
 }
@@ -190,8 +209,19 @@ pub(super) fn result(calibrated: bool) -> ScanResult {
 
 /// Writes the results of a recorded scan.
 pub(super) fn write(folder: &ScanFolder, calibrated: bool) -> Result<ResultPaths, OutputError> {
-    let [before, after] = Stage::BOTH.map(|stage| folder.captures(stage).unwrap());
-    write_results(folder, [&before, &after], &result(calibrated), None)
+    write_results(folder, &stage_pictures(), &result(calibrated), None)
+}
+
+/// One picture of the pipeline for each stage.
+pub(super) fn stage_pictures() -> [Vec<EncodedPicture>; 2] {
+    Stage::BOTH.map(|stage| {
+        let picture = StagePicture {
+            name: "gain",
+            caption: "Light of the projector, without the room's & the surface's <share>.".into(),
+            picture: picture(60),
+        };
+        EncodedPicture::of_stage(stage, vec![picture]).unwrap()
+    })
 }
 
 /// A choice among four colours, with round numbers.

@@ -5,17 +5,16 @@ use std::fs;
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use shared::pattern::Rgb;
 
-use super::fixture::{recorded, result, selection};
+use super::fixture::{recorded, result, selection, stage_pictures};
 use crate::{
     output::write_results,
-    pipeline::{Captures, colour_choice::ColourSelection, result::ScanResult},
+    pipeline::{colour_choice::ColourSelection, result::ScanResult},
 };
 
 fn report(result: &ScanResult, selection: Option<&ColourSelection>) -> String {
     let dir = tempfile::tempdir().unwrap();
     let folder = recorded(dir.path(), true);
-    let [before, after] = shared::stage::Stage::BOTH.map(|stage| folder.captures(stage).unwrap());
-    let paths = write_results(&folder, [&before, &after], result, selection).unwrap();
+    let paths = write_results(&folder, &stage_pictures(), result, selection).unwrap();
     fs::read_to_string(paths.report).unwrap()
 }
 
@@ -113,8 +112,8 @@ fn the_choice_of_colours_is_shown_only_when_there_was_one() {
 fn a_scan_of_which_nothing_was_read_still_has_a_report() {
     let dir = tempfile::tempdir().unwrap();
     let folder = recorded(dir.path(), false);
-    let nothing = Captures::default();
-    let paths = write_results(&folder, [&nothing; 2], &ScanResult::default(), None).unwrap();
+    let nothing = ScanResult::default();
+    let paths = write_results(&folder, &[Vec::new(), Vec::new()], &nothing, None).unwrap();
     let page = fs::read_to_string(paths.report).unwrap();
     assert_well_formed(&page);
     assert!(page.contains("What was projected") && !page.contains("Shape of the object"));

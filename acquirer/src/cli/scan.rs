@@ -112,7 +112,7 @@ impl Recording<'_> {
         cancel: &Cancel,
         console: &mut Console,
     ) -> anyhow::Result<ScanFolder> {
-        let latency = measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+        measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
         let selection = match self.pick_colours {
             true => Some(colours::pick(
                 rig,
@@ -133,7 +133,6 @@ impl Recording<'_> {
             height: format.height,
         };
         let mut folder = ScanFolder::create(self.out, &projected, camera)?;
-        folder.note("latency", serde_json::to_value(&latency)?)?;
         folder.note("camera_name", rig.camera.description().into())?;
         folder.note("settings", serde_json::to_value(config)?)?;
         if let Some(selection) = selection {

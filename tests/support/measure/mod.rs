@@ -8,7 +8,10 @@ mod reading;
 
 mod sweep;
 
+mod tagging;
+
 pub use conditions::{Condition, Group, Sweep, in_repository, shipped_scenes};
 pub use reading::{Reading, Sum, cpu_time};
 pub use simulated::{Repeats, SimulatedScan};
 pub use sweep::{Row, SweepTable, run_sweep};
+pub use tagging::{TaggingRig, TaggingScore, score_tagging};

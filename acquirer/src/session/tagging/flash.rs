@@ -286,7 +286,8 @@ impl Fit<'_> {
                 let moved = self.best_near(model.at(axis, value), *step, Some(axis));
                 self.cost(&moved) > limit
             });
-            let outside = outside.or(steps.last()).unwrap_or(self.frame_ms);
+            let outside = outside.or_else(|| steps.clone().next_back());
+            let outside = outside.unwrap_or(self.frame_ms);
             // beyond its range a value cannot be
             let room = if sign > 0.0 {
                 high - centre

@@ -7,7 +7,7 @@ use shared::{
     pattern::{Grid, Pattern, RasterSize, Rgb},
     protocol::{
         ColourScore, Command, ControllerChange, ErrorCode, MAX_CANDIDATES, MAX_LINE_BYTES,
-        MAX_TEXT_CHARS, Role, ScreenKind, Selection, ServerMessage, View,
+        MAX_TEXT_CHARS, Role, ScreenKind, Selection, SequenceStep, ServerMessage, View,
     },
 };
 
@@ -120,6 +120,37 @@ fn requests_sent_at_once_are_done_in_their_order() {
             .zip(ids)
             .map(|(serial, id)| (id, serial))
             .collect::<Vec<_>>()
+    );
+}
+
+#[test]
+fn a_sequence_is_noted_at_once_and_shown_in_its_time_without_further_requests() {
+    let projector = headless();
+    let mut client = projector.controller();
+    let views = [View::White, View::White, View::Coded, View::Black];
+    let steps = views
+        .clone()
+        .map(|view| SequenceStep { view, hold_ms: 100 });
+    let reply = client.ask(Command::ShowSequence {
+        steps: steps.into(),
+    });
+    assert!(matches!(reply, ServerMessage::Noted { .. }), "{reply:?}");
+    assert!(client.notices.is_empty(), "{:?}", client.notices);
+    let mut shown = Vec::new();
+    while shown.len() < views.len() {
+        if let Some(ServerMessage::Shown(picture)) = client.next() {
+            shown.push(picture);
+        }
+    }
+    assert_eq!(
+        shown.iter().map(|s| s.serial).collect::<Vec<_>>(),
+        [2, 3, 4, 5]
+    );
+    assert_eq!(shown[1].pattern, Pattern::WHITE);
+    let took_ms = (shown[3].presented_ns - shown[0].presented_ns) / 1_000_000;
+    assert!(
+        (270..1000).contains(&took_ms),
+        "{took_ms} ms for three steps"
     );
 }
 

@@ -49,6 +49,13 @@ fn check(scene: &str, least_coverage_percent: f64) {
     assert_eq!(colours.len(), 4);
     let manifest = fs::read(dir.path().join("scan/scan.json")).unwrap();
     let manifest: Value = serde_json::from_slice(&manifest).unwrap();
+    let latency_ms = manifest["latency"]["latency"]["ms"].as_f64();
+    assert!(
+        latency_ms.is_some_and(|ms| (45.0..110.0).contains(&ms)),
+        "the room's display lags 60 ms, and the wire and the machine add some: {}",
+        manifest["latency"]
+    );
+    assert!(manifest["latency"]["checked_changes"].as_u64() > Some(4));
     assert_eq!(
         manifest["pattern"]["colours"], figures["colours"]["best"],
         "the grid took the choice"
@@ -113,6 +120,56 @@ fn a_recording_replayed_gives_the_same_captures_and_labels() {
     );
     let bytes = |dir: &Path| fs::read(dir.join("object/unary-00.png")).unwrap();
     assert!(bytes(&scan) == bytes(&again));
+}
+
+/// The lines of `acquirer live` in the simulated cube room.
+fn live_lines(mode: &[&str]) -> Vec<Value> {
+    let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
+    let projector = HeadlessProjector::start().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
+        .args(["live", "--json", "--frames", "8", "--camera", "sim:cube"])
+        .args(["--projector", projector.address()])
+        .args(mode)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let lines = String::from_utf8(output.stdout).unwrap();
+    let lines = lines
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap());
+    lines.collect()
+}
+
+#[test]
+fn live_reading_prints_one_line_per_frame_and_ends_after_the_frames_asked_for() {
+    let lines = live_lines(&["--mode", "dynamic"]);
+    assert_eq!(lines.len(), 8);
+    let numbers: Vec<_> = lines.iter().map(|line| line["frame"].as_u64()).collect();
+    assert!(numbers.is_sorted(), "{numbers:?}");
+    for line in &lines {
+        assert_eq!(line["pattern"], "coded", "{line}");
+        assert!(line["crossings"].as_u64() > Some(150), "{line}");
+        assert!(line["ms"].as_f64() > Some(0.0) && line["reasons"].is_object());
+    }
+}
+
+#[test]
+fn live_tracking_carries_labels_on_the_unary_grid_and_refreshes_them() {
+    let lines = live_lines(&["--mode", "tracking", "--refresh", "3"]);
+    let shows = |pattern: &str| {
+        lines
+            .iter()
+            .filter(|line| line["pattern"] == pattern)
+            .count()
+    };
+    assert!(shows("unary") >= 4 && shows("coded") >= 1, "{lines:?}");
+    for line in lines.iter().filter(|line| line["pattern"] != "mixed") {
+        assert!(line["crossings"].as_u64() > Some(150), "{line}");
+    }
 }
 
 #[test]

@@ -86,6 +86,11 @@ pub trait Camera: Send {
         Ok(vec![])
     }
 
+    /// Whether the frames show what the projector shows at the time: a recording's do not.
+    fn follows_projector(&self) -> bool {
+        true
+    }
+
     /// Tells the source what is about to be seen.
     ///
     /// A recording answers with the captures of that kind, and the simulated room places the object

@@ -141,6 +141,10 @@ impl Camera for ReplayCamera {
         self.next_frame(timeout)
     }
 
+    fn follows_projector(&self) -> bool {
+        false
+    }
+
     fn expect(&mut self, shows: Shows, stage: Stage) {
         if self.expected.replace((stage, shows)) != Some((stage, shows)) {
             self.turn = 0;

@@ -1,6 +1,9 @@
 //! What can be said on the command line.
 
-use std::path::PathBuf;
+use std::{
+    num::{NonZeroU8, NonZeroUsize},
+    path::PathBuf,
+};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use shared::geometry::RigCalibration;
@@ -10,6 +13,7 @@ use crate::{
     config::{Config, ConfigError},
     pipeline::Method,
     process::{ProcessError, read_calibration},
+    session::LiveMode,
 };
 
 /// Captures the projected grid through a camera, picks its colours, reads it, and gives the object's shape.
@@ -23,6 +27,7 @@ use crate::{
   acquirer cameras                                    which cameras are there
   acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer scan --out cup --projector 192.168.0.7:4460 --camera /dev/video0
+  acquirer live --camera /dev/video0 --json           read every frame, one line each
   acquirer process cup --method thesis                read a recorded scan again
   acquirer --camera sim:cube                          the window, on a simulated room
 
@@ -61,6 +66,8 @@ pub(super) enum Command {
     Colours(ColoursArgs),
     /// Record a scan without and with an object, and read it.
     Scan(ScanArgs),
+    /// Read every frame as it comes, one line each, until Ctrl-C.
+    Live(LiveArgs),
     /// Read a recorded scan: labels, shifts, surface, pictures, report.
     Process(ProcessArgs),
     /// Run the whole rig in a simulated room: projector program, colours, scan, results, report.
@@ -108,7 +115,8 @@ impl ConfigArgs {
 /// The rig's calibration, for what records.
 #[derive(Debug, ClapArgs)]
 pub(super) struct CalibrationArgs {
-    /// Calibration of the rig (calibration.json), copied into each scan; gives points in mm.
+    /// Calibration of the rig (calibration.json): labels are checked against its epipolar lines, and scans give
+    /// points in mm.
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
 }
@@ -201,6 +209,61 @@ pub(super) struct ScanArgs {
     /// How to read.
     #[command(flatten)]
     pub reading: ReadingArgs,
+}
+
+/// `acquirer live`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer live --camera /dev/video0
+  acquirer live --camera /dev/video0 --json | tee frames.jsonl
+  acquirer live --camera sim:cylinder --mode tracking --refresh 60 --frames 300
+  acquirer live --camera /dev/video0 --mode static --average 8
+
+A line tells: the frame's number, its time, what it shows (coded, unary, black, white, other, mixed), crossings with a
+label, milliseconds, and how many crossings have no label and why. Only frames that show the mode's grid are read.")]
+pub(super) struct LiveArgs {
+    /// Which rig.
+    #[command(flatten)]
+    pub rig: RigArgs,
+    /// How frames are read.
+    #[arg(long, value_enum, default_value = "dynamic")]
+    pub mode: LiveModeArg,
+    /// End after so many lines.
+    #[arg(long, value_name = "N")]
+    pub frames: Option<u64>,
+    /// Coded frames that are averaged with --mode static, 1 to 255.
+    #[arg(long, value_name = "N", default_value = "4")]
+    pub average: NonZeroU8,
+    /// Frames between two looks at the coded grid with --mode tracking.
+    #[arg(long, value_name = "N", default_value = "60")]
+    pub refresh: NonZeroUsize,
+    /// The rig's calibration: labels are checked against its epipolar lines.
+    #[command(flatten)]
+    pub calibration: CalibrationArgs,
+    /// One JSON object per line on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `--mode`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum LiveModeArg {
+    /// Nothing moves: the newest coded frames are averaged, the unary grid gives the geometry.
+    Static,
+    /// Things move: the coded grid stays up, every frame is read by itself.
+    Dynamic,
+    /// Things move slowly: the unary grid stays up, labels are carried on, the coded grid is shown now and then.
+    Tracking,
+}
+
+impl From<LiveModeArg> for LiveMode {
+    fn from(mode: LiveModeArg) -> Self {
+        match mode {
+            LiveModeArg::Static => Self::Static,
+            LiveModeArg::Dynamic => Self::Dynamic,
+            LiveModeArg::Tracking => Self::Tracking,
+        }
+    }
 }
 
 /// `acquirer process`.

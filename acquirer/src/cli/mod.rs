@@ -1,7 +1,7 @@
 //! The command line: parse, check, run; one place where the exit code is made.
 //!
 //! Exit codes: 0 done, 1 failed, 2 wrong use. Figures go to standard output (with `--json` one object and nothing
-//! else), progress and messages to standard error.
+//! else, `live` one per frame), progress and messages to standard error.
 
 mod args;
 pub mod cameras;
@@ -9,6 +9,7 @@ mod colours;
 mod console;
 mod demo;
 mod draw;
+mod live;
 mod process;
 mod projector_program;
 mod rig;
@@ -51,6 +52,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
         Some(Command::Cameras(args)) => list_cameras(&args),
         Some(Command::Colours(args)) => colours::run(&args, cancel),
         Some(Command::Scan(args)) => scan::run(&args, cancel),
+        Some(Command::Live(args)) => live::run(&args, cancel),
         Some(Command::Process(args)) => process::run(&args),
         Some(Command::Demo(args)) => demo::run(&args, cancel),
         Some(Command::Draw(args)) => draw::run(&args),

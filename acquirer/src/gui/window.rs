@@ -143,7 +143,8 @@ impl Window {
             Event::Latency(latency) => {
                 self.say(format!(
                     "latency {:.0} ms, at most {:.0} ms",
-                    latency.median_ms, latency.max_ms
+                    latency.timing.latency.ms,
+                    latency.timing.settled_ms()
                 ));
                 self.latency = Some(latency);
             }
@@ -374,7 +375,7 @@ impl Window {
             }
             if let Some(latency) = &self.latency {
                 ui.separator();
-                ui.label(format!("latency {:.0} ms", latency.max_ms));
+                ui.label(format!("latency {:.0} ms", latency.timing.latency.ms));
             }
             if let Some(read) = &self.read {
                 ui.separator();

@@ -20,7 +20,9 @@ pub use notices::Notice;
 use std::time::{Duration, Instant};
 
 use shared::pattern::Rgb;
-use shared::protocol::{Command, ProjectorState, Role, Selection, ServerMessage, Shown, View};
+use shared::protocol::{
+    Command, ProjectorState, Role, Selection, SequenceStep, ServerMessage, Shown, View,
+};
 
 use connection::Connection;
 
@@ -146,6 +148,15 @@ impl ProjectorLink {
         self.present(Command::Show { view })
     }
 
+    /// Has views shown one after the other, each for its time; returns as soon as the projector has taken the
+    /// order. The next [`Notice::Shown`]s are those of the steps, in their order.
+    ///
+    /// # Errors
+    /// As [`ProjectorLink::show`].
+    pub fn show_sequence(&self, steps: Vec<SequenceStep>) -> Result<(), LinkError> {
+        self.note(Command::ShowSequence { steps })
+    }
+
     /// Changes the colours of the coded grid and the unary colour.
     ///
     /// # Errors
@@ -212,14 +223,7 @@ impl ProjectorLink {
     /// # Errors
     /// As [`ProjectorLink::show`].
     pub fn report_selection(&self, selection: Selection) -> Result<(), LinkError> {
-        match self
-            .connection
-            .request(Command::ReportSelection { selection })?
-            .message
-        {
-            ServerMessage::Noted { .. } => Ok(()),
-            other => Err(LinkError::unexpected(&other)),
-        }
+        self.note(Command::ReportSelection { selection })
     }
 
     /// Measures one round trip and relates the projector's clock to ours.
@@ -264,6 +268,13 @@ impl ProjectorLink {
     #[must_use]
     pub fn notices_dropped(&self) -> u64 {
         self.connection.notices_dropped()
+    }
+
+    fn note(&self, command: Command) -> Result<(), LinkError> {
+        match self.connection.request(command)?.message {
+            ServerMessage::Noted { .. } => Ok(()),
+            other => Err(LinkError::unexpected(&other)),
+        }
     }
 
     fn present(&self, command: Command) -> Result<Presented, LinkError> {

@@ -1,12 +1,13 @@
 //! Shows every colour of the palette on the scene and picks the four that are read best.
 
+use image::RgbImage;
 use shared::{
     pattern::{GridSettings, Palette, Rgb},
     protocol::{ColourScore, MAX_CANDIDATES, MAX_TEXT_CHARS, Selection, View},
     stage::Stage,
 };
 
-use super::{Cancel, Progress, Report, Rig, SessionError};
+use super::{Cancel, Progress, Report, Rig, SessionError, Shot, tagging::outstanding_order};
 use crate::{
     pipeline::{
         Projected,
@@ -31,7 +32,7 @@ pub struct ColourTrialResult {
 /// `current` is the choice in use, kept unless another is clearly better.
 ///
 /// # Errors
-/// As [`Rig::shoot`], and what the choice says of the frames.
+/// As [`Rig::shoot_all`], and what the choice says of the frames.
 pub fn try_colours(
     rig: &mut Rig,
     palette: &Palette,
@@ -48,27 +49,34 @@ pub fn try_colours(
             of,
         });
     };
-    let stage = Stage::Background;
-    let pictures = |rig: &mut Rig, view, count, shows| {
-        let frames = rig.shoot(view, count, stage, shows, cancel)?;
-        Ok::<_, SessionError>(
-            frames
-                .into_iter()
-                .map(|frame| frame.picture)
-                .collect::<Vec<_>>(),
-        )
-    };
-    step("black", 0);
-    let black = pictures(rig, View::Black, REFERENCES, Shows::Black)?;
-    step("white", 1);
-    let white = pictures(rig, View::White, REFERENCES, Shows::White)?;
-    let mut shots = Vec::with_capacity(palette.colours().len());
-    for (k, entry) in palette.colours().iter().enumerate() {
-        step(&entry.name, k + 2);
-        let view = View::Grid(projected.pattern.coded.unary(entry.colour));
-        let frames = pictures(rig, view, 1, Shows::Solid(entry.colour))?;
-        shots.extend(frames.into_iter().map(|picture| (entry.clone(), picture)));
-    }
+    let colours: Vec<Rgb> = palette.colours().iter().map(|c| c.colour).collect();
+    let order = outstanding_order(&colours);
+    let references = [Shows::Black, Shows::White].map(|shows| (shows, REFERENCES));
+    let trial = order.iter().map(|&k| (Shows::Solid(colours[k]), 1));
+    let shots: Vec<Shot> = references
+        .into_iter()
+        .chain(trial)
+        .map(|(shows, count)| Shot {
+            view: trial_view(shows, projected),
+            shows,
+            count,
+        })
+        .collect();
+    let frames = rig.shoot_all(&shots, Stage::Background, cancel, &mut |done| {
+        step(&format!("{done} recorded"), done);
+    })?;
+    let mut pictures = frames.into_iter().map(|frames| {
+        let pictures = frames.into_iter().map(|frame| frame.picture);
+        pictures.collect::<Vec<_>>()
+    });
+    let black = pictures.next().unwrap_or_default();
+    let white = pictures.next().unwrap_or_default();
+    let mut taken: Vec<(usize, RgbImage)> = order.into_iter().zip(pictures.flatten()).collect();
+    taken.sort_by_key(|(place, _)| *place);
+    let shots = taken
+        .into_iter()
+        .map(|(place, picture)| (palette.colours()[place].clone(), picture))
+        .collect();
     step("choosing", of);
     let trial = ColourTrial {
         black,
@@ -77,6 +85,17 @@ pub fn try_colours(
     };
     let selection = choose_colours(&trial, projected, current)?;
     Ok(ColourTrialResult { trial, selection })
+}
+
+/// What is projected in the trial: colours as unary grids.
+fn trial_view(shows: Shows, projected: &Projected) -> View {
+    match shows {
+        Shows::Black => View::Black,
+        Shows::White => View::White,
+        Shows::Prmvs => View::Coded,
+        Shows::Unary => View::Unary,
+        Shows::Solid(colour) => View::Grid(projected.pattern.coded.unary(colour)),
+    }
 }
 
 /// Sends a choice to the projector: its grid takes the colours, and everybody connected sees the scores.

@@ -1,82 +1,95 @@
-//! The time from "the projector says that it is shown" to the first frame wholly lit by it.
+//! The timing of the rig: how long after "the projector says that it is shown" a picture is seen, and how it is seen.
 //!
-//! Takes a rig, gives the latency's median, smallest and largest value. The projector flashes black and white in
-//! a pseudo-random order; each change is looked for in the mean brightness of the frames that follow. What a
-//! recording waits after each change is the largest value seen plus one frame. Fails quietly when something
-//! else in the scene flickers in step with the flashes, which their irregular order makes unlikely.
+//! Takes a rig, gives its [`Latency`]. The projector flashes black and white for pseudo-random times; how far each band
+//! of each frame is on the way between the two gives latency, jitter, read-out and exposure
+//! ([`super::tagging::find_timing`]). On the way the camera's automatics settle and are held, and the noise of frames
+//! that should look the same is found. Recordings check the latency again at every change of the picture.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use shared::{protocol::View, stage::Stage};
 
-use super::{Cancel, Progress, Report, Rig, SessionError, rig::FRAME_TIMEOUT};
-use crate::{camera::Frame, clock::monotonic_now, scan::Shows};
+use super::{
+    Cancel, Progress, Report, Rig, SessionError,
+    rig::FRAME_TIMEOUT,
+    sequence::Played,
+    tagging::{Estimate, Flash, Look, LookNoise, Timing, find_timing},
+};
+use crate::{clock::monotonic_now, scan::Shows};
 
-/// Longest time that one change is waited for: far beyond the lag of any projector.
-const LOST: Duration = Duration::from_secs(2);
 /// Time that black and white are held before their level is taken: most projectors lag less than 200 ms.
 const SETTLE: Duration = Duration::from_millis(600);
-/// Frames averaged for a level.
-const LEVEL_FRAMES: u32 = 3;
-/// A frame closer to one level than this share of the way is wholly lit by it.
-const MIXED_SHARE: f64 = 0.08;
-/// Smallest mean difference between white and black, in grey levels, that counts as seen.
-const MIN_CONTRAST: f64 = 1.0;
+/// Frames of a level.
+const LEVEL_FRAMES: usize = 8;
+/// Smallest mean difference between white and black that counts as seen, in light from 0 to 255.
+const MIN_CONTRAST: f32 = 0.3;
+/// Shortest flash, in milliseconds and in frames: longer than any jitter and read-out.
+const SHORTEST_MS: f64 = 100.0;
+const SHORTEST_FRAMES: f64 = 3.0;
+/// A flash is longer by up to this many frames.
+const IRREGULAR_FRAMES: f64 = 3.0;
+/// The golden section: its multiples fall evenly and never in step.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// How the latency is measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LatencySettings {
-    /// Number of black/white changes, 2 to 100.
+    /// Number of black/white changes, 4 to 60.
     pub flashes: usize,
 }
 
 impl Default for LatencySettings {
     fn default() -> Self {
-        Self { flashes: 6 }
+        Self { flashes: 16 }
     }
 }
 
-/// The latency of a rig, display to capture.
+/// The timing of a rig as measured, and how it was checked since.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Latency {
-    /// Median of the changes, in milliseconds. It can be negative: a frame may be stamped before the projector's
-    /// word arrives.
-    pub median_ms: f64,
-    /// Smallest.
-    pub min_ms: f64,
-    /// Largest.
-    pub max_ms: f64,
-    /// Time from frame to frame, in milliseconds.
-    pub frame_ms: f64,
-    /// Changes measured.
-    pub changes: usize,
+    /// Latency, jitter, read-out, exposure, frame time.
+    #[serde(flatten)]
+    pub timing: Timing,
+    /// Black/white changes that were measured.
+    pub flashes: usize,
+    /// The projector's clock is known to this many milliseconds; part of the latency's uncertainty.
+    pub clock_uncertainty_ms: f64,
+    /// What frames differ by that should look the same, as light of 255.
+    pub noise: LookNoise,
+    /// Changes of the picture that were seen since.
+    pub checked_changes: usize,
+    /// By how much they corrected the latency, in milliseconds.
+    pub drift_ms: f64,
 }
 
 impl Latency {
-    /// What to wait after the projector's word until the picture is certainly settled: the largest latency seen
-    /// and half a frame for what was not seen.
+    /// From the projector's word until its picture is certainly all over a frame, as a time of the frame's stamp.
     #[must_use]
     pub fn settled(&self) -> Duration {
-        Duration::from_secs_f64((self.max_ms + 0.5 * self.frame_ms).max(0.0) / 1000.0)
+        Duration::from_secs_f64(self.timing.settled_ms().max(0.0) / 1000.0)
     }
-}
 
-/// Mean brightness of the camera's frames under black and white.
-struct Levels {
-    black: f64,
-    white: f64,
-}
-
-impl Levels {
-    /// Whether a frame is wholly black-lit (`false`), wholly white-lit (`true`), or mixed.
-    fn side(&self, brightness: f64) -> Option<bool> {
-        let share = (brightness - self.black) / (self.white - self.black);
-        match share {
-            s if s < MIXED_SHARE => Some(false),
-            s if s > 1.0 - MIXED_SHARE => Some(true),
-            _ => None,
+    /// For a recording, whose frames are there before anything is shown.
+    fn of_recording(frame_ms: f64) -> Self {
+        let nothing = Estimate {
+            ms: 0.0,
+            uncertainty_ms: 0.0,
+        };
+        Self {
+            timing: Timing {
+                latency: nothing,
+                jitter: nothing,
+                readout: nothing,
+                exposure: nothing,
+                frame_ms,
+            },
+            flashes: 0,
+            clock_uncertainty_ms: 0.0,
+            noise: LookNoise::of(&[], &[]),
+            checked_changes: 0,
+            drift_ms: 0.0,
         }
     }
 }
@@ -94,7 +107,7 @@ fn hold_automatics(rig: &mut Rig) -> Result<(), SessionError> {
     Ok(())
 }
 
-/// Flashes black and white and looks for each change in the frames.
+/// Flashes black and white and finds the timing under which the frames follow.
 ///
 /// # Errors
 /// [`SessionError::NotSeen`] when the frames do not follow the flashes; otherwise as [`Rig::shoot`].
@@ -104,8 +117,7 @@ pub fn measure_latency(
     cancel: &Cancel,
     report: Report,
 ) -> Result<Latency, SessionError> {
-    let flashes = settings.flashes.clamp(2, 100);
-    let of = flashes + 2;
+    let of = 3;
     let mut step = |done| {
         report(Progress {
             what: "measuring the latency".into(),
@@ -114,66 +126,109 @@ pub fn measure_latency(
         });
     };
     step(0);
+    if !rig.camera.follows_projector() {
+        let latency = Latency::of_recording(rig.frame_ms());
+        rig.latency = Some(latency.clone());
+        step(of);
+        return Ok(latency);
+    }
+    rig.latency = None;
     // the camera's automatics settle on white; from here on the same light must give the same bytes
-    settled_level(rig, true, cancel)?;
+    settled(rig, true, cancel)?;
     hold_automatics(rig)?;
-    let black = settled_level(rig, false, cancel)?;
+    let white = settled(rig, true, cancel)?;
     step(1);
-    let white = settled_level(rig, true, cancel)?;
-    let levels = Levels { black, white };
-    if white - black < MIN_CONTRAST {
-        return Err(SessionError::NotSeen {
-            contrast: white - black,
-        });
-    }
-    let mut latencies_ms = Vec::with_capacity(flashes);
-    for flash in 0..flashes {
-        step(flash + 2);
-        // each state is held for an irregular number of frames, so that no periodic flicker keeps step
-        for _ in 0..=(5 * flash + 3) % 4 {
-            next_brightness(rig, cancel)?;
-        }
-        latencies_ms.push(one_change(rig, flash % 2 == 1, &levels, cancel)?);
-    }
-    step(of);
-    latencies_ms.sort_by(f64::total_cmp);
+    let black = settled(rig, false, cancel)?;
+    let levels = Levels::new(&black, &white)?;
+    step(2);
+    let flashes = settings.flashes.clamp(4, 60);
+    let steps = flash_steps(flashes, rig.frame_ms());
+    let played = rig.play(&steps, cancel)?;
+    let timing = levels.timing(&steps, &played, rig.frame_ms())?;
+    let clock = rig.clock_offset()?;
     let latency = Latency {
-        median_ms: latencies_ms[flashes / 2],
-        min_ms: latencies_ms[0],
-        max_ms: latencies_ms[flashes - 1],
-        frame_ms: frame_ms(rig),
-        changes: flashes,
+        flashes,
+        clock_uncertainty_ms: 1000.0 * clock.uncertainty.as_secs_f64(),
+        noise: LookNoise::of(&black, &white),
+        checked_changes: 0,
+        drift_ms: 0.0,
+        timing,
     };
+    tracing::info!("{latency:?}");
     rig.latency = Some(latency.clone());
+    step(of);
     Ok(latency)
 }
 
-/// Changes the picture and gives the time, in milliseconds, from the projector's word to the begin of the first
-/// frame wholly lit by it.
-fn one_change(
-    rig: &mut Rig,
-    to_white: bool,
-    levels: &Levels,
-    cancel: &Cancel,
-) -> Result<f64, SessionError> {
-    show_flat(rig, to_white)?;
-    let word = monotonic_now();
-    loop {
-        let (frame, brightness) = next_brightness(rig, cancel)?;
-        if levels.side(brightness) == Some(to_white) {
-            let after_word = frame.captured_at.as_secs_f64() - word.as_secs_f64();
-            return Ok(1000.0 * after_word - frame_ms(rig));
+/// How the camera sees black and white.
+struct Levels<'a> {
+    black: &'a Look,
+    white: &'a Look,
+}
+
+impl<'a> Levels<'a> {
+    fn new(black: &'a [Look], white: &'a [Look]) -> Result<Self, SessionError> {
+        let not_seen = |light: f32| SessionError::NotSeen {
+            percent: f64::from(light) / 2.55,
+        };
+        let (Some(black), Some(white)) = (black.last(), white.last()) else {
+            return Err(not_seen(0.0));
+        };
+        let levels = Self { black, white };
+        if levels.contrast() < MIN_CONTRAST {
+            return Err(not_seen(levels.contrast()));
         }
-        if monotonic_now().saturating_sub(word) > LOST {
-            return Err(SessionError::NotSeen {
-                contrast: levels.white - levels.black,
-            });
-        }
+        Ok(levels)
+    }
+
+    fn contrast(&self) -> f32 {
+        self.white.brightness() - self.black.brightness()
+    }
+
+    fn timing(
+        &self,
+        steps: &[(View, f64)],
+        played: &Played,
+        frame_ms: f64,
+    ) -> Result<Timing, SessionError> {
+        let flashes = played.shown_ms.iter().zip(steps);
+        let flashes: Vec<Flash> = flashes
+            .map(|(&shown_ms, (view, _))| Flash {
+                shown_ms,
+                white: *view == View::White,
+            })
+            .collect();
+        let mut last: Option<&Look> = None;
+        let fresh = played.seen.iter().filter(|seen| {
+            let again = last == Some(&seen.look) && !seen.look.is_blank();
+            last = Some(&seen.look);
+            !again
+        });
+        let shares = fresh.map(|seen| {
+            let share = seen.look.share(self.black, self.white, MIN_CONTRAST);
+            (seen.stamp_ms, share)
+        });
+        let shares: Vec<_> = shares.collect();
+        find_timing(&flashes, &shares, frame_ms).ok_or_else(|| SessionError::NotSeen {
+            percent: f64::from(self.contrast()) / 2.55,
+        })
     }
 }
 
-/// Shows white or black all over.
-fn show_flat(rig: &mut Rig, white: bool) -> Result<(), SessionError> {
+/// White and black in turn, each for a time of its own, so that no periodic flicker keeps step.
+fn flash_steps(flashes: usize, frame_ms: f64) -> Vec<(View, f64)> {
+    let shortest = SHORTEST_MS.max(SHORTEST_FRAMES * frame_ms);
+    (0..flashes)
+        .map(|k| {
+            let view = if k % 2 == 0 { View::White } else { View::Black };
+            let irregular = IRREGULAR_FRAMES * (k as f64 * GOLDEN).fract();
+            (view, shortest + irregular * frame_ms)
+        })
+        .collect()
+}
+
+/// Frames of white or black once it has been up for a while.
+fn settled(rig: &mut Rig, white: bool, cancel: &Cancel) -> Result<Vec<Look>, SessionError> {
     let (view, shows) = if white {
         (View::White, Shows::White)
     } else {
@@ -181,35 +236,16 @@ fn show_flat(rig: &mut Rig, white: bool) -> Result<(), SessionError> {
     };
     rig.camera.expect(shows, Stage::Background);
     rig.projector.show(view)?;
-    Ok(())
-}
-
-/// Mean brightness once a view has been up for a while.
-fn settled_level(rig: &mut Rig, white: bool, cancel: &Cancel) -> Result<f64, SessionError> {
-    show_flat(rig, white)?;
     let until = monotonic_now() + SETTLE;
-    let (mut sum, mut frames) = (0.0, 0);
-    while frames < LEVEL_FRAMES {
-        let (frame, brightness) = next_brightness(rig, cancel)?;
+    let mut looks = Vec::new();
+    while looks.len() < LEVEL_FRAMES {
+        if cancel.is_cancelled() {
+            return Err(SessionError::Cancelled);
+        }
+        let frame = rig.next_frame(FRAME_TIMEOUT)?;
         if frame.captured_at > until {
-            sum += brightness;
-            frames += 1;
+            looks.push(Look::of(&frame.picture));
         }
     }
-    Ok(sum / f64::from(frames))
-}
-
-fn frame_ms(rig: &Rig) -> f64 {
-    1000.0 * rig.camera.format().rate.interval().as_secs_f64()
-}
-
-fn next_brightness(rig: &mut Rig, cancel: &Cancel) -> Result<(Frame, f64), SessionError> {
-    if cancel.is_cancelled() {
-        return Err(SessionError::Cancelled);
-    }
-    let frame = rig.next_frame(FRAME_TIMEOUT)?;
-    let bytes = frame.picture.as_raw();
-    let sum: u64 = bytes.iter().map(|&byte| u64::from(byte)).sum();
-    let brightness = sum as f64 / bytes.len().max(1) as f64;
-    Ok((frame, brightness))
+    Ok(looks)
 }

@@ -6,14 +6,19 @@
 
 mod colours;
 mod latency;
+mod live;
 mod new_scan;
 mod progress;
 mod rig;
 mod scan;
+mod sequence;
+pub mod tagging;
 
 pub use colours::{ColourTrialResult, apply_selection, try_colours};
 pub use latency::{Latency, LatencySettings, measure_latency};
+pub use live::{LiveFrame, LiveMode, LiveSettings, OnFrame, read_live};
 pub use new_scan::{NewScan, grid_warnings, projected};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};
 pub use scan::{RecordSettings, record_stage};
+pub use sequence::Shot;

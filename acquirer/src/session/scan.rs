@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use shared::{protocol::View, stage::Stage};
 
-use super::{Cancel, Progress, Report, Rig, SessionError};
+use super::{Cancel, Progress, Report, Rig, SessionError, Shot};
 use crate::scan::{ScanFolder, Shows};
 
 /// How often each picture is taken.
@@ -35,11 +35,11 @@ impl RecordSettings {
     }
 }
 
-/// Records one stage into the folder, in place of what it holds of that stage. A capture is on disk before the
-/// next is taken; how many frames the camera lost so far is noted.
+/// Records one stage into the folder, in place of what it holds of that stage. What became of the latency, and how
+/// many frames the camera lost so far, is noted.
 ///
 /// # Errors
-/// As [`Rig::shoot`], and what the folder says; captures already written stay.
+/// As [`Rig::shoot_all`], and what the folder says; captures already written stay.
 pub fn record_stage(
     rig: &mut Rig,
     folder: &mut ScanFolder,
@@ -50,21 +50,22 @@ pub fn record_stage(
 ) -> Result<(), SessionError> {
     folder.retake(stage)?;
     let of = Shows::RECORDING.len();
-    for (done, shows) in Shows::RECORDING.into_iter().enumerate() {
-        let what = format!("recording {stage}: {}", String::from(shows));
+    let shots = Shows::RECORDING.map(|shows| Shot {
+        view: view_of(shows),
+        shows,
+        count: settings.repeats(shows),
+    });
+    let frames = rig.shoot_all(&shots, stage, cancel, &mut |done| {
+        let what = format!("recording {stage}");
         report(Progress { what, done, of });
-        let frames = rig.shoot(
-            view_of(shows),
-            settings.repeats(shows),
-            stage,
-            shows,
-            cancel,
-        )?;
+    })?;
+    for (shot, frames) in shots.iter().zip(frames) {
         for frame in frames {
-            folder.add_capture(stage, shows, &frame.picture)?;
+            folder.add_capture(stage, shot.shows, &frame.picture)?;
         }
     }
     folder.note("frames_lost", &rig.camera.losses())?;
+    folder.note("latency", &rig.latency)?;
     report(Progress {
         what: format!("recorded {stage}"),
         done: of,

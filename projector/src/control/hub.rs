@@ -28,6 +28,9 @@ use crate::{
 /// takes a second for a picture that is not made of lines.
 const PRESENT_TIMEOUT: Duration = Duration::from_secs(5);
 
+/// A step of a sequence that is taken later than this begins the count of its time anew; less is made up for.
+const LATE: Duration = Duration::from_millis(8);
+
 /// The hub's way to and from the screen.
 pub(super) struct ScreenSide {
     pub(super) orders: Arc<Orders>,
@@ -52,6 +55,8 @@ pub(super) struct Hub {
     orders: Arc<Orders>,
     in_flight: Option<InFlight>,
     identify_end: Option<Instant>,
+    /// When the next step of the running sequence is due.
+    step_due: Option<Instant>,
     on_controller_lost: OnControllerLost,
     first_shown: Option<oneshot::Sender<()>>,
 }
@@ -73,6 +78,7 @@ impl Hub {
             orders: screen.orders.clone(),
             in_flight: None,
             identify_end: None,
+            step_due: None,
             on_controller_lost: settings.on_controller_lost,
             first_shown: Some(first_shown),
         };
@@ -86,6 +92,7 @@ impl Hub {
         let idle = self.in_flight.is_none();
         let due = self.in_flight.as_ref().map(|flight| flight.due);
         let identify_end = self.identify_end;
+        let step_due = self.step_due;
         tokio::select! {
             presented = screen.presented.recv() => match presented {
                 Some(presented) => self.presented(presented),
@@ -101,6 +108,10 @@ impl Hub {
             }
             () = at(identify_end), if idle && identify_end.is_some() => {
                 let effects = self.state.end_identify();
+                self.carry_out(effects, None);
+            }
+            () = at(step_due), if idle && step_due.is_some() => {
+                let effects = self.state.next_step();
                 self.carry_out(effects, None);
             }
             Some(command) = screen.operator.recv(), if idle => self.operator(command),
@@ -154,16 +165,19 @@ impl Hub {
             command,
         } = request;
         let is_state = command == Command::State;
-        let is_report = matches!(command, Command::ReportSelection { .. });
+        let is_noted = matches!(
+            command,
+            Command::ReportSelection { .. } | Command::ShowSequence { .. }
+        );
         match self.state.request(id, command) {
             Err(refusal) => self.tell(id, &refusal.reply(Some(number))),
             Ok(_) if is_state => {
                 let state = self.state.report();
                 self.tell(id, &ServerMessage::State { id: number, state });
             }
-            Ok(effects) if is_report => {
-                self.carry_out(effects, None);
+            Ok(effects) if is_noted => {
                 self.tell(id, &ServerMessage::Noted { id: number });
+                self.carry_out(effects, None);
             }
             Ok(effects) => self.carry_out(effects, Some((id, number))),
         }
@@ -198,6 +212,11 @@ impl Hub {
             self.identify_end = Some(Instant::now() + time);
         } else if !self.state.is_identifying() {
             self.identify_end = None;
+        }
+        if let Some(hold) = effects.next_step_in {
+            self.step_due = Some(next_due(self.step_due, hold));
+        } else if !self.state.has_steps() {
+            self.step_due = None;
         }
         // Also true for a picture that was asked for before and did not come in time.
         if self.state.picture().serial == self.state.shown().serial {
@@ -291,6 +310,13 @@ impl Hub {
         let line: Arc<str> = encode(message).into();
         self.peers.retain(|_, peer| peer.send_line(line.clone()));
     }
+}
+
+/// When the step after this one is due: as long after this one as it was to be, so that small delays do not add up.
+fn next_due(due: Option<Instant>, hold: Duration) -> Instant {
+    let now = Instant::now();
+    let in_time = due.filter(|&due| due <= now && now - due < LATE);
+    in_time.unwrap_or(now) + hold
 }
 
 /// What the screen is, once it knows; `None` if it ended before.

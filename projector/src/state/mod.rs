@@ -8,13 +8,14 @@ mod picture;
 
 pub use picture::Picture;
 
-use std::time::Duration;
+use std::{collections::VecDeque, time::Duration};
 
 use shared::{
     pattern::{GridSettings, Pattern, PatternError, RasterSize},
     protocol::{
-        Command, ErrorCode, Hello, MAX_CANDIDATES, MAX_TEXT_CHARS, ProjectorState, Role,
-        ScreenInfo, Selection, ServerMessage, Shown, VERSION, View,
+        Command, ErrorCode, Hello, MAX_CANDIDATES, MAX_HOLD_MS, MAX_STEPS, MAX_TEXT_CHARS,
+        ProjectorState, Role, ScreenInfo, Selection, SequenceStep, ServerMessage, Shown, VERSION,
+        View,
     },
 };
 use thiserror::Error;
@@ -82,6 +83,8 @@ pub struct Effects {
     pub changed: bool,
     /// The identify card is to be ended after this time.
     pub identify_for: Option<Duration>,
+    /// The next step of the sequence is to be taken after this time.
+    pub next_step_in: Option<Duration>,
 }
 
 #[derive(Debug, Clone)]
@@ -100,6 +103,8 @@ pub struct State {
     identifying: bool,
     controller: Option<Controller>,
     selection: Option<Selection>,
+    /// Steps of the running sequence that were not taken yet.
+    steps: VecDeque<SequenceStep>,
     /// What is asked of the screen.
     picture: Picture,
     /// What the screen has presented.
@@ -129,6 +134,7 @@ impl State {
             identifying: false,
             controller: None,
             selection: None,
+            steps: VecDeque::new(),
             picture,
             shown: nothing,
         }
@@ -150,6 +156,12 @@ impl State {
     #[must_use]
     pub fn is_identifying(&self) -> bool {
         self.identifying
+    }
+
+    /// Whether a sequence is running.
+    #[must_use]
+    pub fn has_steps(&self) -> bool {
+        !self.steps.is_empty()
     }
 
     /// The state as clients see it.
@@ -202,6 +214,7 @@ impl State {
             {
                 return Err(Refusal::ControllerTaken(holder.name.clone()));
             }
+            self.steps.clear();
             self.controller = Some(Controller {
                 connection,
                 name: hello.name.clone(),
@@ -214,6 +227,7 @@ impl State {
     pub fn leave(&mut self, connection: ConnectionId) -> Option<String> {
         let was_controller = self.is_controller(connection);
         let controller = if was_controller {
+            self.steps.clear();
             self.controller.take()
         } else {
             None
@@ -249,6 +263,11 @@ impl State {
                     ..Effects::default()
                 });
             }
+            Command::ShowSequence { steps } => {
+                check_steps(&steps)?;
+                self.steps = steps.into();
+                return Ok(self.next_step());
+            }
             Command::Identify { seconds } => {
                 identify_for = Some(check_seconds(seconds)?);
             }
@@ -270,6 +289,7 @@ impl State {
             }
             Command::Blank { on } => self.blank = on,
         }
+        self.steps.clear();
         self.identifying = identify_for.is_some();
         let changed =
             (&before.grid, &before.view, before.blank) != (&self.grid, &self.view, self.blank);
@@ -277,17 +297,36 @@ impl State {
             present: self.renew(false),
             changed,
             identify_for,
+            next_step_in: None,
         })
+    }
+
+    /// Takes the next step of the sequence, if there is one. Clients are told the state with the last one.
+    pub fn next_step(&mut self) -> Effects {
+        let Some(step) = self.steps.pop_front() else {
+            return Effects::default();
+        };
+        self.view = step.view;
+        self.blank = false;
+        self.identifying = false;
+        let hold = Duration::from_millis(step.hold_ms.into());
+        Effects {
+            present: self.renew(true),
+            changed: !self.has_steps(),
+            identify_for: None,
+            next_step_in: self.has_steps().then_some(hold),
+        }
     }
 
     /// Turns the picture black because nobody is there to control it.
     pub fn blank_for_lost_controller(&mut self) -> Effects {
         let changed = !std::mem::replace(&mut self.blank, true);
         self.identifying = false;
+        self.steps.clear();
         Effects {
             present: self.renew(false),
             changed,
-            identify_for: None,
+            ..Effects::default()
         }
     }
 
@@ -308,7 +347,7 @@ impl State {
         Effects {
             present: self.renew(resized),
             changed,
-            identify_for: None,
+            ..Effects::default()
         }
     }
 
@@ -366,6 +405,25 @@ fn check_seconds(seconds: u32) -> Result<Duration, Refusal> {
     Err(Refusal::Invalid(format!(
         "identify for {seconds} s: choose 1 to {MAX_IDENTIFY_S}"
     )))
+}
+
+fn check_steps(steps: &[SequenceStep]) -> Result<(), Refusal> {
+    if !(1..=MAX_STEPS).contains(&steps.len()) {
+        return Err(Refusal::Invalid(format!(
+            "a sequence of {} steps: send 1 to {MAX_STEPS}",
+            steps.len()
+        )));
+    }
+    let wrong = steps
+        .iter()
+        .find(|step| !(1..=MAX_HOLD_MS).contains(&step.hold_ms));
+    match wrong {
+        None => Ok(()),
+        Some(step) => Err(Refusal::Invalid(format!(
+            "a step of {} ms: choose 1 to {MAX_HOLD_MS}",
+            step.hold_ms
+        ))),
+    }
 }
 
 fn check_selection(selection: &Selection) -> Result<(), Refusal> {

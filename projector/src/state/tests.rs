@@ -2,7 +2,10 @@
 
 use shared::{
     pattern::{GridSettings, Pattern, RasterSize, Rgb},
-    protocol::{Command, ErrorCode, Hello, Role, ScreenInfo, ScreenKind, Selection, VERSION, View},
+    protocol::{
+        Command, ErrorCode, Hello, MAX_STEPS, Role, ScreenInfo, ScreenKind, Selection,
+        SequenceStep, VERSION, View,
+    },
 };
 
 use super::{ConnectionId, Effects, State};
@@ -109,6 +112,75 @@ fn settings_change_the_picture_only_when_it_is_made_of_them() {
         (grid.rows(), grid.columns(), grid.is_unary()),
         (31, 63, true)
     );
+}
+
+fn sequence(views: &[View]) -> Command {
+    let steps = views.iter().map(|view| SequenceStep {
+        view: view.clone(),
+        hold_ms: 50,
+    });
+    Command::ShowSequence {
+        steps: steps.collect(),
+    }
+}
+
+#[test]
+fn a_sequence_gives_each_step_its_own_picture_and_tells_the_state_at_its_end() {
+    let mut state = controlled();
+    let views = [View::Black, View::White, View::White];
+    let mut effects = state.request(FIRST, sequence(&views)).unwrap();
+    for (k, view) in views.iter().enumerate() {
+        let last = k + 1 == views.len();
+        assert_eq!(
+            effects.present.as_ref().map(|picture| picture.serial),
+            Some(k as u64 + 2)
+        );
+        assert_eq!(&state.report().view, view);
+        assert_eq!((effects.changed, state.has_steps()), (last, !last));
+        assert_eq!(
+            effects.next_step_in.map(|hold| hold.as_millis()),
+            (!last).then_some(50)
+        );
+        effects = state.next_step();
+    }
+    assert_eq!(effects, Effects::default());
+}
+
+#[test]
+fn another_picture_another_controller_or_none_ends_a_sequence() {
+    let ends: [fn(&mut State); 4] = [
+        |state| drop(state.request(FIRST, show(View::Coded))),
+        |state| drop(state.apply(Command::Blank { on: true })),
+        |state| drop(state.join(SECOND, &hello(Role::Controller, true))),
+        |state| drop(state.leave(FIRST)),
+    ];
+    for end in ends {
+        let mut state = controlled();
+        let running = state.request(FIRST, sequence(&[View::White, View::Unary]));
+        assert!(running.is_ok() && state.has_steps());
+        end(&mut state);
+        assert_eq!(state.next_step(), Effects::default());
+    }
+}
+
+#[test]
+fn a_sequence_without_steps_with_too_many_or_without_time_is_refused() {
+    let mut state = controlled();
+    let timeless = Command::ShowSequence {
+        steps: vec![SequenceStep {
+            view: View::White,
+            hold_ms: 0,
+        }],
+    };
+    for command in [
+        sequence(&[]),
+        sequence(&vec![View::White; MAX_STEPS + 1]),
+        timeless,
+    ] {
+        let refusal = state.request(FIRST, command).unwrap_err();
+        assert_eq!(refusal.code(), ErrorCode::Invalid);
+        assert_eq!(state.picture().serial, 1);
+    }
 }
 
 #[test]

@@ -77,6 +77,12 @@ pub enum Command {
         /// What to show.
         view: View,
     },
+    /// Shows views one after the other, each for its time, without further requests. Any other request that
+    /// changes the picture ends the sequence.
+    ShowSequence {
+        /// What to show for how long, 1 to [`super::MAX_STEPS`].
+        steps: Vec<SequenceStep>,
+    },
     /// Changes the colours of the coded grid and of its unary twin.
     SetColours {
         /// As many as the coded grid has: colour k draws symbol k.
@@ -126,8 +132,9 @@ fn default_identify_seconds() -> u32 {
 
 impl Command {
     /// The words that stand for commands in `type`.
-    pub(super) const TYPES: [&str; 9] = [
+    pub(super) const TYPES: [&str; 10] = [
         "show",
+        "show_sequence",
         "set_colours",
         "set_widths",
         "set_lines",
@@ -170,6 +177,16 @@ pub enum View {
     Identify,
 }
 
+/// A view of a sequence and its time.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SequenceStep {
+    /// What to show.
+    pub view: View,
+    /// Time until the next step is sent to the screen, in milliseconds, 1 to [`super::MAX_HOLD_MS`]; the last
+    /// view stays.
+    pub hold_ms: u32,
+}
+
 /// Anything the projector sends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
@@ -198,7 +215,7 @@ pub enum ServerMessage {
         /// Everything there is to know.
         state: ProjectorState,
     },
-    /// Reply to `report_selection`.
+    /// Reply to `report_selection` and `show_sequence`.
     Noted {
         /// The request's.
         id: u64,

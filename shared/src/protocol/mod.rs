@@ -24,7 +24,8 @@ mod state;
 
 pub use codec::{DecodeError, Decoder, MAX_LINE_BYTES, Message, encode};
 pub use message::{
-    ClientMessage, Command, ControllerChange, ErrorCode, Hello, Request, Role, ServerMessage, View,
+    ClientMessage, Command, ControllerChange, ErrorCode, Hello, Request, Role, SequenceStep,
+    ServerMessage, View,
 };
 pub use state::{
     ColourScore, MAX_CANDIDATES, MAX_TEXT_CHARS, ProjectorState, ScreenInfo, ScreenKind, Selection,
@@ -33,6 +34,12 @@ pub use state::{
 
 /// The version of the protocol written here. A peer of another version is refused.
 pub const VERSION: u32 = 1;
+
+/// Most steps of one sequence.
+pub const MAX_STEPS: usize = 64;
+
+/// Longest time of one step of a sequence, in milliseconds.
+pub const MAX_HOLD_MS: u32 = 60_000;
 
 /// The TCP port the projector listens on unless told otherwise.
 pub const DEFAULT_PORT: u16 = 4460;

@@ -1,0 +1,72 @@
+//! `acquirer live`: reads frame after frame and prints one line for each.
+
+use std::{
+    io::{ErrorKind, Write},
+    ops::ControlFlow,
+};
+
+use super::{args::LiveArgs, console::Console, rig::open_rig};
+use crate::session::{
+    Cancel, LiveFrame, LiveSettings, grid_warnings, measure_latency, projected, read_live,
+};
+
+pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
+    let config = args.rig.config.load()?;
+    let calibration = args.calibration.load()?;
+    let mut rig = open_rig(&args.rig, &config)?;
+    let mut console = Console::new();
+    let projected = projected(&rig)?;
+    for warning in grid_warnings(&rig, &projected) {
+        console.say(&format!("warning: {warning}"));
+    }
+    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    let settings = LiveSettings {
+        mode: args.mode.into(),
+        average: args.average.get().into(),
+        refresh: args.refresh.get(),
+        record: config.record,
+        pipeline: config.pipeline,
+    };
+    let (mut left, mut broken) = (args.frames, None);
+    let scene = (&projected, calibration.as_ref());
+    read_live(&mut rig, scene, &settings, cancel, &mut |frame| {
+        if let Err(error) = print(frame, args.json) {
+            broken = Some(error);
+            return ControlFlow::Break(());
+        }
+        if let Some(left) = &mut left {
+            *left = left.saturating_sub(1);
+            if *left == 0 {
+                return ControlFlow::Break(());
+            }
+        }
+        ControlFlow::Continue(())
+    })?;
+    match broken {
+        // whoever read the lines has had enough
+        Some(error) if error.kind() != ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+fn print(frame: &LiveFrame, json: bool) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    if json {
+        serde_json::to_writer(&mut out, frame)?;
+        writeln!(out)?;
+    } else {
+        let reasons = frame.reasons.iter();
+        let reasons = reasons.map(|(reason, count)| format!("  {reason} {count}"));
+        writeln!(
+            out,
+            "{:>8} {:>12.3} s  {:<6} {:>5} crossings {:>7.1} ms{}",
+            frame.frame,
+            frame.time_s,
+            frame.pattern,
+            frame.crossings,
+            frame.ms,
+            reasons.collect::<String>()
+        )?;
+    }
+    out.flush()
+}

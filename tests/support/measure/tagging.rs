@@ -1,0 +1,469 @@
+//! Tagging against known truth: a projector and a camera reduced to bands of light.
+//!
+//! Takes the conditions of a rig, gives how often a frame was given a pattern that it does not show, and how long a
+//! pattern took. The model has what makes tagging hard and nothing else: a display latency with jitter, a refresh that
+//! is not the camera's, clocks that are related with an error, exposure and rolling read-out, noise, frames that are
+//! lost or given twice, and patterns that differ little: a unary grid in sixteen colours, the coded grid, black and
+//! white, each band with surfaces of its own. Everything is measured as in the product: the timing by flashes first,
+//! then the patterns, again and again for those of which no frame could be told.
+
+use acquirer::session::tagging::{
+    BANDS, Band, Flash, Look, LookNoise, Seen, Tag, Timing, find_timing, outstanding_order,
+    tag_frames,
+};
+use shared::pattern::{Palette, Rgb};
+
+/// Virtual pixels of a band; the first ones are its samples.
+const PIXELS: usize = 48;
+const SAMPLES: usize = 32;
+/// Rows of a band whose exposures are followed.
+const ROWS: usize = 2;
+/// Noise of a band's mean (flicker of the room's lamps, mostly) and of a sample, as a share of the light and as light
+/// of 255 in the dark.
+const MEAN_NOISE: (f64, f64) = (0.0005, 0.03);
+const SAMPLE_NOISE: (f64, f64) = (0.02, 0.1);
+/// By how much the camera's tone curve differs from the one that is assumed: the exponent of light.
+const BENT: f64 = 1.1;
+/// Share of foreign light in a band from which a tagged frame counts as mislabelled.
+const FOREIGN_SHARE: f64 = 0.10;
+/// Error of the relation between the clocks and of a stamp, at most, in milliseconds.
+const CLOCK_ERROR_MS: f64 = 1.0;
+const STAMP_ERROR_MS: f64 = 0.5;
+/// Black/white flashes for the timing.
+const FLASHES: usize = 16;
+/// Passes over the patterns before one counts as not told.
+const PASSES: usize = 12;
+
+/// The conditions of a rig.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TaggingRig {
+    /// Projector refreshes and camera frames per second.
+    pub projector_hz: f64,
+    /// Camera frames per second.
+    pub camera_hz: f64,
+    /// Display latency in milliseconds.
+    pub latency_ms: f64,
+    /// Width of its spread in milliseconds.
+    pub jitter_ms: f64,
+    /// From the first row to the last, in milliseconds; no longer than a frame.
+    pub readout_ms: f64,
+    /// Exposure of a row, in milliseconds; no longer than a frame.
+    pub exposure_ms: f64,
+    /// Probability that a frame is lost, and that a frame which is not is given twice in place of the next.
+    pub loss: f64,
+}
+
+/// What became of one recording of all patterns.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TaggingScore {
+    /// Frames seen while patterns were recorded.
+    pub frames: usize,
+    /// Frames that were given a pattern.
+    pub accepted: usize,
+    /// Frames that were given a pattern which they do not show all over.
+    pub mislabelled: usize,
+    /// Patterns asked for.
+    pub patterns: usize,
+    /// Patterns of which no frame could be told, after all passes.
+    pub untold: usize,
+    /// Camera frame times from the first pattern's light to the last frame needed, all passes together.
+    pub frame_times: f64,
+    /// Rigs.
+    pub rigs: usize,
+    /// Rigs whose timing could not be measured.
+    pub timeless: usize,
+    /// Error of the measured latency, in milliseconds, summed without sign.
+    pub latency_error_ms: f64,
+}
+
+impl TaggingScore {
+    /// Camera frames for one change of the pattern, all passes and losses included.
+    #[must_use]
+    pub fn frames_per_change(&self) -> f64 {
+        self.frame_times / self.patterns.max(1) as f64
+    }
+
+    /// Adds another recording's.
+    pub fn add(&mut self, other: &Self) {
+        self.frames += other.frames;
+        self.accepted += other.accepted;
+        self.mislabelled += other.mislabelled;
+        self.patterns += other.patterns;
+        self.untold += other.untold;
+        self.frame_times += other.frame_times;
+        self.rigs += other.rigs;
+        self.timeless += other.timeless;
+        self.latency_error_ms += other.latency_error_ms;
+    }
+}
+
+/// A rig at work.
+struct Simulation {
+    rig: TaggingRig,
+    random: Random,
+    scene: Scene,
+    /// When which pattern became light, in milliseconds.
+    light: Vec<(f64, usize)>,
+    /// The camera's first exposure.
+    phase_ms: f64,
+    /// Error of the relation between the clocks.
+    clock_error_ms: f64,
+}
+
+/// A frame with the truth about it.
+struct Truth {
+    seen: Seen,
+    /// The pattern it shows all over.
+    shows: Option<usize>,
+}
+
+/// Black, white, the coded grid and the sixteen unary grids, in the order in which they are shown.
+const BLACK: usize = 0;
+const WHITE: usize = 1;
+
+impl TaggingRig {
+    /// A rig with these rates and losses and everything else by chance: latency to 300 ms, jitter to 30 ms, read-out to
+    /// 30 ms or a frame, exposure from 2 ms to half a frame.
+    #[must_use]
+    pub fn by_chance(projector_hz: f64, camera_hz: f64, loss: f64, seed: u64) -> Self {
+        let mut random = Random(seed);
+        let frame_ms = 1000.0 / camera_hz;
+        Self {
+            projector_hz,
+            camera_hz,
+            latency_ms: random.within(0.0, 300.0),
+            jitter_ms: random.within(0.0, 30.0),
+            readout_ms: random.within(0.0, frame_ms.min(30.0)),
+            exposure_ms: random.within(2.0, frame_ms / 2.0),
+            loss,
+        }
+    }
+}
+
+/// Records every pattern once with this rig.
+#[must_use]
+pub fn score_tagging(rig: TaggingRig, seed: u64) -> TaggingScore {
+    let mut simulation = Simulation::new(rig, seed);
+    let Some((timing, noise, mut now)) = simulation.measure_timing() else {
+        return TaggingScore {
+            rigs: 1,
+            timeless: 1,
+            ..TaggingScore::default()
+        };
+    };
+    let patterns = simulation.scene.patterns.len();
+    let mut score = TaggingScore {
+        rigs: 1,
+        patterns,
+        latency_error_ms: (timing.latency.ms - rig.latency_ms).abs(),
+        ..TaggingScore::default()
+    };
+    let mut missing: Vec<usize> = (0..patterns).collect();
+    for pass in 0..PASSES {
+        if missing.is_empty() {
+            break;
+        }
+        let hold_ms = (timing.hold_frames(1) + pass) as f64 * timing.frame_ms;
+        let before = simulation.up();
+        // what is up already is not seen to begin
+        let lead = (before == missing[0]).then_some(if before == BLACK { WHITE } else { BLACK });
+        let shown_now: Vec<usize> = lead.into_iter().chain(missing.iter().copied()).collect();
+        let steps: Vec<(usize, f64)> = shown_now.iter().map(|&k| (k, hold_ms)).collect();
+        let shown = simulation.show(&steps, now);
+        let first_light = shown[0] + rig.latency_ms;
+        let end = shown[shown.len() - 1] + timing.settled_ms() + 3.0 * hold_ms;
+        let frames = simulation.frames(now - 3.0 * hold_ms, end);
+        let seen: Vec<Seen> = frames.iter().map(|frame| frame.seen.clone()).collect();
+        let alignment = tag_frames(&seen, &shown, &timing, noise.after_failures(pass));
+        let mut last_needed = first_light;
+        let mut told = Vec::new();
+        for (frame, tag) in frames.iter().zip(&alignment.tags) {
+            score.frames += 1;
+            let Tag::Shows(step) = *tag else { continue };
+            score.accepted += 1;
+            let pattern = step.checked_sub(1).map_or(before, |k| shown_now[k]);
+            score.mislabelled += usize::from(frame.shows != Some(pattern));
+            if step > 0 && missing.contains(&pattern) && !told.contains(&pattern) {
+                told.push(pattern);
+                last_needed = last_needed.max(frame.seen.stamp_ms);
+            }
+        }
+        let whole_pass = shown[shown.len() - 1] + hold_ms + rig.latency_ms;
+        let used = if told.len() == missing.len() {
+            last_needed
+        } else {
+            whole_pass
+        };
+        score.frame_times += (used - first_light) / timing.frame_ms;
+        missing.retain(|pattern| !told.contains(pattern));
+        now = end + 4.0 * hold_ms;
+    }
+    score.untold = missing.len();
+    score
+}
+
+impl Simulation {
+    fn new(rig: TaggingRig, seed: u64) -> Self {
+        let mut random = Random(seed);
+        Self {
+            scene: Scene::new(&mut random),
+            phase_ms: random.within(0.0, 1000.0 / rig.camera_hz),
+            clock_error_ms: random.within(-CLOCK_ERROR_MS, CLOCK_ERROR_MS),
+            light: vec![(f64::NEG_INFINITY, BLACK)],
+            random,
+            rig,
+        }
+    }
+
+    fn frame_ms(&self) -> f64 {
+        1000.0 / self.rig.camera_hz
+    }
+
+    /// The pattern that is up, or will be once its light has come.
+    fn up(&self) -> usize {
+        self.light.last().map_or(BLACK, |light| light.1)
+    }
+
+    /// Has patterns shown, each for its time; gives when the projector says that each was.
+    fn show(&mut self, steps: &[(usize, f64)], begin: f64) -> Vec<f64> {
+        let refresh = 1000.0 / self.rig.projector_hz;
+        let mut order = begin;
+        let mut shown = Vec::new();
+        for &(pattern, hold) in steps {
+            let presented = (order / refresh).ceil() * refresh;
+            let spread = self.random.within(-0.5, 0.5) * self.rig.jitter_ms;
+            let last = self.light.last().map_or(f64::NEG_INFINITY, |light| light.0);
+            let lit = (presented + self.rig.latency_ms + spread).max(last);
+            self.light.push((lit, pattern));
+            shown.push(presented + self.clock_error_ms);
+            order += hold;
+        }
+        shown
+    }
+
+    /// The frames that the camera gives between two times.
+    fn frames(&mut self, from: f64, to: f64) -> Vec<Truth> {
+        let frame_ms = self.frame_ms();
+        let first = ((from - self.phase_ms) / frame_ms).ceil() as i64;
+        let last = ((to - self.phase_ms) / frame_ms).floor() as i64;
+        let (mut frames, mut lost) = (Vec::new(), false);
+        let mut before: Option<(Look, Option<usize>)> = None;
+        for k in first..=last {
+            if self.random.uniform() < self.rig.loss {
+                // the driver does not always tell
+                lost |= self.random.uniform() < 0.5;
+                continue;
+            }
+            let end = self.phase_ms + k as f64 * frame_ms;
+            let again = self.random.uniform() < self.rig.loss;
+            let (look, shows) = match before.clone().filter(|_| again) {
+                Some(earlier) => earlier,
+                None => self.expose(end),
+            };
+            before = Some((look.clone(), shows));
+            let error = self.random.within(-STAMP_ERROR_MS, STAMP_ERROR_MS);
+            frames.push(Truth {
+                seen: Seen {
+                    stamp_ms: end + error,
+                    after_loss: std::mem::take(&mut lost),
+                    look,
+                },
+                shows,
+            });
+        }
+        frames
+    }
+
+    /// A frame whose first row's exposure ends at a moment, and the pattern it shows all over.
+    fn expose(&mut self, end: f64) -> (Look, Option<usize>) {
+        let mut whole: Option<Option<usize>> = None;
+        let bands: Vec<Band> = (0..BANDS)
+            .map(|band| {
+                let mut shares = vec![0.0; self.scene.patterns.len()];
+                for row in 0..ROWS {
+                    let place = (row as f64 + 0.5) / ROWS as f64;
+                    let down = (band as f64 + place) / BANDS as f64;
+                    let end = end + down * self.rig.readout_ms;
+                    self.add_light(end, &mut shares);
+                }
+                let most = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
+                let pure = most.filter(|&k| shares[k] >= 1.0 - FOREIGN_SHARE);
+                whole = match whole {
+                    None => Some(pure),
+                    Some(others) if others == pure => Some(pure),
+                    Some(_) => Some(None),
+                };
+                self.scene.band(band, &shares, &mut self.random)
+            })
+            .collect();
+        (Look::from_bands(bands), whole.flatten())
+    }
+
+    /// Adds the share of a row's exposure under each pattern.
+    fn add_light(&self, end: f64, shares: &mut [f64]) {
+        let begin = end - self.rig.exposure_ms;
+        for (k, &(lit, pattern)) in self.light.iter().enumerate() {
+            let until = self.light.get(k + 1).map_or(f64::INFINITY, |next| next.0);
+            let overlap = until.min(end) - lit.max(begin);
+            if overlap > 0.0 {
+                shares[pattern] += overlap / self.rig.exposure_ms / ROWS as f64;
+            }
+        }
+    }
+
+    /// Black and white held, then flashes: the timing, the noise, and when that ended.
+    fn measure_timing(&mut self) -> Option<(Timing, LookNoise, f64)> {
+        let frame_ms = self.frame_ms();
+        let settle = 600.0 + 12.0 * frame_ms;
+        self.show(&[(WHITE, settle), (BLACK, settle)], 0.0);
+        let white = self.settled(settle - 60.0);
+        let black = self.settled(2.0 * settle - 60.0);
+        let noise = LookNoise::of(&black, &white);
+        let least = (3.0 * frame_ms).max(100.0);
+        let steps: Vec<(usize, f64)> = (0..FLASHES)
+            .map(|k| {
+                let hold = least + self.random.within(0.0, 3.0) * frame_ms;
+                (if k % 2 == 0 { WHITE } else { BLACK }, hold)
+            })
+            .collect();
+        let begin = 2.0 * settle + 100.0;
+        let shown = self.show(&steps, begin);
+        let end = shown[FLASHES - 1] + 800.0;
+        let flashes = shown.iter().zip(&steps).map(|(&shown_ms, step)| Flash {
+            shown_ms,
+            white: step.0 == WHITE,
+        });
+        let flashes: Vec<Flash> = flashes.collect();
+        let frames = self.frames(begin - 300.0, end);
+        let (black, white) = (black.last()?, white.last()?);
+        let mut last: Option<&Look> = None;
+        let fresh = frames
+            .iter()
+            .filter(|frame| last.replace(&frame.seen.look) != Some(&frame.seen.look));
+        let shares = fresh.map(|frame| {
+            let share = frame.seen.look.share(black, white, 2.0);
+            (frame.seen.stamp_ms, share)
+        });
+        let timing = find_timing(&flashes, &shares.collect::<Vec<_>>(), frame_ms)?;
+        Some((timing, noise, end + 500.0))
+    }
+
+    /// Some different frames up to a moment.
+    fn settled(&mut self, until: f64) -> Vec<Look> {
+        let frames = self.frames(until - 8.0 * self.frame_ms(), until);
+        let mut looks: Vec<Look> = frames.into_iter().map(|frame| frame.seen.look).collect();
+        looks.dedup();
+        looks
+    }
+}
+
+/// The surfaces, and the patterns' light on them.
+struct Scene {
+    /// For each band and virtual pixel: the ambient light and the reflected share, per channel.
+    surfaces: Vec<Vec<([f64; 3], [f64; 3])>>,
+    /// For each pattern, band and pixel the projected light, linear.
+    patterns: Vec<Vec<Vec<[f64; 3]>>>,
+}
+
+impl Scene {
+    fn new(random: &mut Random) -> Self {
+        let palette = Palette::default();
+        let colours: Vec<Rgb> = palette.colours().iter().map(|c| c.colour).collect();
+        let unary = outstanding_order(&colours).into_iter().map(|k| colours[k]);
+        let surfaces = (0..BANDS).map(|_| {
+            let albedo: [f64; 3] = std::array::from_fn(|_| random.within(0.15, 0.8));
+            let pixel = |random: &mut Random| {
+                let texture = random.within(0.6, 1.0);
+                (albedo.map(|a| 0.02 * a), albedo.map(|a| texture * a))
+            };
+            (0..PIXELS).map(|_| pixel(random)).collect()
+        });
+        let surfaces: Vec<Vec<_>> = surfaces.collect();
+        // a fifth of the picture is lines, each in one of the four colours
+        let lines: Vec<Vec<Option<usize>>> = (0..BANDS)
+            .map(|_| {
+                let pixel = |random: &mut Random| {
+                    let line = (random.uniform() * 4.0) as usize;
+                    (random.uniform() < 0.2).then_some(line)
+                };
+                (0..PIXELS).map(|_| pixel(random)).collect()
+            })
+            .collect();
+        let coded = [0xff_0000, 0xff_ff00, 0xff_00ff, 0x00_ff00_u32];
+        let coded = coded.map(|rgb| Rgb([(rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8]));
+        let grid = |colour: &dyn Fn(usize) -> Rgb| -> Vec<Vec<[f64; 3]>> {
+            let pixel = |line: &Option<usize>| line.map_or([0.0; 3], |line| linear(colour(line)));
+            let bands = lines.iter().map(|band| band.iter().map(pixel).collect());
+            bands.collect()
+        };
+        let all = |light: f64| vec![vec![[light; 3]; PIXELS]; BANDS];
+        let mut patterns = vec![all(0.0), all(1.0), grid(&|line| coded[line])];
+        patterns.extend(unary.map(|colour| grid(&move |_| colour)));
+        Self { surfaces, patterns }
+    }
+
+    /// What the camera makes of a band under these shares of the patterns.
+    fn band(&self, band: usize, shares: &[f64], random: &mut Random) -> Band {
+        let lit: Vec<(usize, f64)> = (0..shares.len())
+            .filter(|&k| shares[k] > 0.0)
+            .map(|k| (k, shares[k]))
+            .collect();
+        let pixels = self.surfaces[band].iter().enumerate();
+        let light: Vec<[f64; 3]> = pixels
+            .map(|(pixel, (ambient, reflected))| {
+                std::array::from_fn(|c| {
+                    let light: f64 = lit
+                        .iter()
+                        .map(|&(k, share)| share * self.patterns[k][band][pixel][c])
+                        .sum();
+                    255.0
+                        * (ambient[c] + 0.9 * reflected[c] * light)
+                            .min(1.0)
+                            .powf(BENT)
+                })
+            })
+            .collect();
+        let mut noisy = |light: f64, (share, dark): (f64, f64)| {
+            (light + (share * light).hypot(dark) * random.normal()) as f32
+        };
+        Band {
+            mean: std::array::from_fn(|c| {
+                let sum: f64 = light.iter().map(|pixel| pixel[c]).sum();
+                noisy(sum / PIXELS as f64, MEAN_NOISE)
+            }),
+            samples: light[..SAMPLES]
+                .iter()
+                .flatten()
+                .map(|&light| noisy(light, SAMPLE_NOISE))
+                .collect(),
+        }
+    }
+}
+
+/// Linear light of a colour's drive values.
+fn linear(colour: Rgb) -> [f64; 3] {
+    colour.0.map(|byte| (f64::from(byte) / 255.0).powf(2.2))
+}
+
+/// Random numbers: SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
+    /// Mean 0 and standard deviation 1 (Box and Muller 1958).
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * self.uniform().max(1e-12).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}

@@ -117,7 +117,7 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         find_colours(&seen, &nominal, &settings.colours, found);
     };
     group.bench_function("colours", |bencher| {
-        bencher.iter(|| pool.install(&mut colours))
+        bencher.iter(|| pool.install(&mut colours));
     });
     colours();
     let observed = Observed {

@@ -314,14 +314,14 @@ impl GainFilter {
         let share = simd.splat_f32s(mean.share);
         let shrink = simd.splat_f32s(self.shrink);
         let (mut squared, mut signals, mut powers) = ([share; 3], [share; 3], [share; 3]);
-        for c in 0..3 {
+        for (c, squared) in squared.iter_mut().enumerate() {
             let error = mean.channels[c];
             let (black, white) = (inputs.blacks[c], inputs.whites[c]);
             let of_square = simd.mul_f32s(simd.splat_f32s(error.of_square), white);
             let of_white = simd.add_f32s(simd.splat_f32s(error.of_white), of_square);
             let of_black = simd.mul_f32s(simd.splat_f32s(error.of_black), black);
             let of_black = simd.add_f32s(simd.splat_f32s(error.floor), of_black);
-            squared[c] = simd.add_f32s(of_black, simd.mul_f32s(of_white, white));
+            *squared = simd.add_f32s(of_black, simd.mul_f32s(of_white, white));
         }
         // one division is dearer than what saves two
         let first = simd.mul_f32s(squared[0], squared[1]);

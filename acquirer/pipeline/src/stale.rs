@@ -127,9 +127,9 @@ impl Expected {
     /// Compares light whose noise is so many times that of one frame.
     fn compare(&self, light: [f32; 3], noise: f32) -> Look {
         let (mut total, mut differs) = (0.0, false);
-        for c in 0..3 {
+        for (c, light) in light.into_iter().enumerate() {
             let (sigma, white) = (noise * self.sigma[c], self.white[c]);
-            let above = light[c] - self.black[c];
+            let above = light - self.black[c];
             let ringing = if white < f32::MAX {
                 RINGING * white
             } else {
@@ -137,7 +137,7 @@ impl Expected {
             };
             let far =
                 above < -ringing - SIGMAS * sigma || above > SCATTERED * white + SIGMAS * sigma;
-            if light[c] < CLIPPED_LIGHT {
+            if light < CLIPPED_LIGHT {
                 total += above / sigma;
                 differs |= far;
             }

@@ -8,10 +8,13 @@ use crate::lines::{Lines, Track};
 /// Most points that a curve is fitted to, of each arm: more are thinned out.
 const MOST_ON_ARM: usize = 64;
 
+/// A place on a line, along and across it, relative to a crossing.
+type Point = (f64, f64);
+
 /// Points along and across a line, relative to a crossing; kept on the stack, since there are many crossings.
 #[derive(Debug, Clone, Copy)]
 struct Points {
-    all: [(f64, f64); 2 * MOST_ON_ARM],
+    all: [Point; 2 * MOST_ON_ARM],
     count: usize,
 }
 
@@ -21,18 +24,18 @@ impl Points {
         count: 0,
     };
 
-    fn push(&mut self, point: (f64, f64)) {
+    fn push(&mut self, point: Point) {
         if let Some(place) = self.all.get_mut(self.count) {
             *place = point;
             self.count += 1;
         }
     }
 
-    fn as_slice(&self) -> &[(f64, f64)] {
+    fn as_slice(&self) -> &[Point] {
         &self.all[..self.count]
     }
 
-    fn retain(&mut self, keep: impl Fn(&(f64, f64)) -> bool) {
+    fn retain(&mut self, keep: impl Fn(&Point) -> bool) {
         let mut kept = 0;
         for k in 0..self.count {
             if keep(&self.all[k]) {
@@ -77,9 +80,9 @@ pub(super) fn fit(
 
 /// Whether straight lines through the points before and after 0 meet there. A smooth bend moves both to the
 /// same side, so it is no step.
-fn continuous((before, after): (&[(f64, f64)], &[(f64, f64)]), largest_step_px: f64) -> bool {
+fn continuous((before, after): (&[Point], &[Point]), largest_step_px: f64) -> bool {
     const SIGMAS: f64 = 4.0;
-    let at_0 = |arm: &[(f64, f64)]| {
+    let at_0 = |arm: &[Point]| {
         let line = Curve::straight(arm)?;
         let n = arm.len() as f64;
         let middle = arm.iter().map(|p| p.0).sum::<f64>() / n;
@@ -159,7 +162,7 @@ impl Curve {
             let middle = off.len() / 2;
             let (_, median, _) = off.select_nth_unstable_by(middle, f64::total_cmp);
             let limit = (3.0 * 1.483 * *median).max(0.05);
-            let near = |p: &(f64, f64)| (p.1 - curve.at(p.0)).abs() <= limit;
+            let near = |p: &Point| (p.1 - curve.at(p.0)).abs() <= limit;
             let kept = points.as_slice().iter().filter(|point| near(point)).count();
             if kept == points.count || kept < 5 {
                 break;
@@ -170,7 +173,7 @@ impl Curve {
     }
 
     /// Straight, or bent where that explains much more.
-    fn of_points(points: &[(f64, f64)], may_bend: bool) -> Option<Self> {
+    fn of_points(points: &[Point], may_bend: bool) -> Option<Self> {
         /// Ratio of explained to remaining variance that a bend must reach.
         const BEND_EVIDENCE: f64 = 9.0;
         const FEWEST_TO_BEND: usize = 8;
@@ -187,11 +190,11 @@ impl Curve {
         Some(if tells { bent } else { straight })
     }
 
-    fn misfit(self, points: &[(f64, f64)]) -> f64 {
+    fn misfit(self, points: &[Point]) -> f64 {
         points.iter().map(|p| (p.1 - self.at(p.0)).powi(2)).sum()
     }
 
-    fn straight(points: &[(f64, f64)]) -> Option<Self> {
+    fn straight(points: &[Point]) -> Option<Self> {
         let n = points.len() as f64;
         let (t, x) = points
             .iter()
@@ -206,7 +209,7 @@ impl Curve {
         })
     }
 
-    fn bent(points: &[(f64, f64)]) -> Option<Self> {
+    fn bent(points: &[Point]) -> Option<Self> {
         let mut normal = nalgebra::Matrix3::<f64>::zeros();
         let mut right = nalgebra::Vector3::<f64>::zeros();
         for &(t, x) in points {

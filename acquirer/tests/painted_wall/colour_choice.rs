@@ -142,7 +142,7 @@ fn the_choice_counts_four_different_colours_of_the_palette_and_says_why() {
 #[test]
 fn colours_whose_lines_the_wall_swallows_are_not_chosen() {
     let yellow_wall = PaintedWall {
-        paints: vec![[0.6, 0.5, 0.02]],
+        paints: vec![[0.6, 0.5, 0.01]],
         ..PaintedWall::grey()
     };
     let selection = choose(&yellow_wall);

@@ -1,8 +1,9 @@
 //! The light of a grid capture, ready to be measured: above black, and beside what white would give.
 //!
 //! Takes the repeated captures of one grid and the references; gives linear light pixel by pixel and its variance.
-//! Without a measured white the brightest light of the neighbourhood stands for it, or the unary grid itself. A clipped channel counts as bright and uncertain; where only white was
-//! clipped, white counts as full scale, so that a line in a highlight is still seen.
+//! Without a measured white the brightest light of the neighbourhood stands for it, or the unary grid itself. A clipped
+//! channel counts as bright and uncertain; where only white was clipped, white counts as full scale, so that a line in a
+//! highlight is still seen.
 
 use std::borrow::Cow;
 

@@ -17,7 +17,7 @@ use super::{
     gain::{GainBuffers, GainFilter, GainImage, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
     line_light::LineLight,
-    lines::{LineBuffers, find_lines, find_scale},
+    lines::{LineBuffers, LineScale, find_lines, find_scale},
     pictures::{self, Seen},
     reference::{References, dark_cells, find_references},
     response::{Light, Response},
@@ -53,6 +53,59 @@ struct Buffers {
     lines: LineBuffers,
     colours: ColourBuffers,
     found_colours: Colours,
+}
+
+/// The light of one grid, and the filter for its lines.
+struct LitGrid<'a> {
+    light: LineLight<'a>,
+    filter: GainFilter,
+}
+
+impl<'a> LitGrid<'a> {
+    fn new(light: LineLight<'a>, colours: &[[f32; 3]], settings: &PipelineSettings) -> Self {
+        Self {
+            filter: GainFilter::new(&light, colours, &settings.gain),
+            light,
+        }
+    }
+}
+
+/// The light of the grids that were captured.
+struct LitGrids<'a> {
+    coded: LitGrid<'a>,
+    unary: Option<LitGrid<'a>>,
+}
+
+impl Buffers {
+    /// Makes the gain image in which lines are looked for, `gain`, and the unary grid's; gives the lines' scale.
+    fn find_gains(
+        &mut self,
+        grids: &LitGrids<'_>,
+        pitch_widths: [f64; 2],
+        settings: &PipelineSettings,
+    ) -> LineScale {
+        let LitGrids { coded, unary } = grids;
+        let source = unary.as_ref().unwrap_or(coded);
+        let source = (&source.light, &source.filter);
+        let scale = find_scale(source, pitch_widths, &settings.lines, &mut self.lines);
+        let bin = scale.sampling.bin;
+        let mut find = |grid: &LitGrid<'_>, image| {
+            find_gain(&grid.light, &grid.filter, bin, (&mut self.rows, image));
+        };
+        match unary {
+            None => find(coded, &mut self.gain),
+            Some(unary) if settings.gain.both_grids => {
+                find(unary, &mut self.unary);
+                find(coded, &mut self.gain);
+                merge_gains(&mut self.gain, &self.unary, &settings.gain);
+            }
+            Some(unary) => {
+                find(unary, &mut self.unary);
+                self.gain.clone_from(&self.unary);
+            }
+        }
+        scale
+    }
 }
 
 impl Reader {
@@ -124,52 +177,31 @@ impl Reader {
             let captures = (frames, &self.response);
             LineLight::new(captures, black, references, &settings.gain)
         };
+        let has_unary = !unary.is_empty();
         let mut coded = light(coded, for_coded);
-        let rows = &mut buffers.rows;
-        let unary_light = (!unary.is_empty()).then(|| light(unary, for_unary));
+        let unary = has_unary.then(|| light(unary, for_unary));
         let colour = nominal_response(self.projected.pattern.unary);
-        if let Some(unary) = &unary_light {
+        if let Some(unary) = &unary {
             coded.take_white_from(unary, colour);
         }
-        let coded_filter = GainFilter::new(&coded, &self.colours, &settings.gain);
-        let unary_filter =
-            unary_light.map(|light| (GainFilter::new(&light, &[colour], &settings.gain), light));
-        let scale = {
-            let source = match &unary_filter {
-                Some((filter, light)) => (light, filter),
-                None => (&coded, &coded_filter),
-            };
-            let pitch_widths = self.projected.pitch_widths();
-            find_scale(source, pitch_widths, &settings.lines, &mut buffers.lines)
+        let grids = LitGrids {
+            coded: LitGrid::new(coded, &self.colours, settings),
+            unary: unary.map(|light| LitGrid::new(light, &[colour], settings)),
         };
-        let bin = scale.sampling.bin;
-        if let Some((filter, light)) = &unary_filter {
-            find_gain(light, filter, bin, (rows, &mut buffers.unary));
-        }
-        let geometry = if unary.is_empty() || settings.gain.both_grids {
-            find_gain(&coded, &coded_filter, bin, (rows, &mut buffers.gain));
-            if !unary.is_empty() {
-                merge_gains(&mut buffers.gain, &buffers.unary, &settings.gain);
-            }
-            &buffers.gain
-        } else {
-            &buffers.unary
-        };
-        let image = (geometry, settings.gain.shrink);
+        let scale = buffers.find_gains(&grids, self.projected.pitch_widths(), settings);
+        let image = (&buffers.gain, settings.gain.shrink);
         let lines = find_lines(image, &scale, &settings.lines, &mut buffers.lines);
         let crossings = find_crossings(&lines, &settings.crossings);
         // a unary grid that stood for white says nothing about the gain any more
-        let says_gain = !unary.is_empty() && self.references.white.is_some();
-        let unary_gain = says_gain.then_some(&buffers.unary);
-        let nominal = &self.colours;
+        let says_gain = has_unary && self.references.white.is_some();
         let seen = ColouredLines {
-            light: &coded,
-            gain: unary_gain,
+            light: &grids.coded.light,
+            gain: says_gain.then_some(&buffers.unary),
             lines: &lines,
             crossings: &crossings,
         };
         let found = (&mut buffers.colours, &mut buffers.found_colours);
-        find_colours(&seen, nominal, &settings.colours, found);
+        find_colours(&seen, &self.colours, &settings.colours, found);
         let observed = Observed {
             lines: &lines,
             crossings: &crossings,
@@ -183,8 +215,8 @@ impl Reader {
             let seen = Seen {
                 references: for_coded,
                 stale: &stale,
-                coded: &coded,
-                gain: geometry,
+                coded: &grids.coded.light,
+                gain: &buffers.gain,
                 lines: &lines,
                 grid: &self.grid,
             };

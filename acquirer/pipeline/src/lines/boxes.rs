@@ -132,3 +132,60 @@ pub(super) fn down_sums(rows: &mut [f32], side: usize) {
         rows[at * BLOCK..(at + 1) * BLOCK].copy_from_slice(&sums);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole numbers without order.
+    fn values(count: usize) -> Vec<f32> {
+        (0..count).map(|k| (k * k * 7 % 31) as f32 - 15.0).collect()
+    }
+
+    #[test]
+    fn sums_over_boxes_of_any_length_are_the_same_along_and_down() {
+        for side in 2..=9 {
+            let row = values(40);
+            let mut along = row.clone();
+            let mut spare = vec![0.0; row.len()];
+            box_sums(&mut along, &mut spare, side);
+            let mut down: Vec<f32> = row.iter().flat_map(|&v| [v; BLOCK]).collect();
+            down_sums(&mut down, side);
+            for first in 0..=row.len() - side {
+                let sum: f32 = row[first..first + side].iter().sum();
+                assert_eq!(along[first], sum, "{side}");
+                assert_eq!(down[first * BLOCK], sum, "{side}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_derivative_of_a_line_falls_through_zero_on_its_middle() {
+        for (middle, width) in [(20.0, 4.0), (20.3, 4.0), (19.85, 3.0), (21.45, 5.4)] {
+            let boxes = Boxes::for_width(width);
+            let (low, high) = (middle - 0.5 * width, middle + 0.5 * width);
+            let covered = |k: usize| {
+                let (from, to) = (low.max(k as f64), high.min(k as f64 + 1.0));
+                (to - from).max(0.0) as f32
+            };
+            let mut row: Vec<f32> = (0..44).map(covered).collect();
+            let mut spare = row.clone();
+            box_sums(&mut row, &mut spare, boxes.side);
+            box_sums(&mut row, &mut spare, boxes.side);
+            let slope = |k: usize| row[k + boxes.side] - row[k];
+            let at = (0..44 - boxes.reach() - 1)
+                .find(|&k| slope(k) > 0.01 && slope(k + 1) <= 0.0)
+                .unwrap();
+            let share = slope(at) / (slope(at) - slope(at + 1));
+            let found = f64::from(at as f32 + boxes.middle() + share);
+            assert!((found - middle).abs() < 0.04, "{found} for {middle}");
+        }
+    }
+
+    #[test]
+    fn noise_passes_the_boxes_as_their_weights_say() {
+        // side 2: boxes 1 1 twice over 1 -1, less the same two pixels on: 1 1 -2 -2 1 1
+        let noise = Boxes { side: 2 }.noise();
+        assert!((noise - 12.0_f32.sqrt()).abs() < 1e-6, "{noise}");
+    }
+}

@@ -8,9 +8,11 @@
 
 mod checks;
 mod code;
+mod doubts;
 mod find;
 mod labels;
 mod links;
+mod propagate;
 mod rest;
 mod stretches;
 mod vertices;

@@ -1,0 +1,95 @@
+//! The gain along a stripe of the picture: enough to see how wide the lines are, before any gain image is made.
+
+use pulp::Arch;
+use shared::pattern::Axis;
+
+use super::filter::{GainFilter, Inputs, RowFilter};
+use crate::line_light::LineLight;
+
+/// A stripe of the picture across lines of one family: picture rows for steep lines, columns for flat ones.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Band {
+    /// The lines that cross it.
+    pub(crate) family: Axis,
+    /// First pixel along those lines.
+    pub(crate) at: usize,
+    /// Pixels along them that are averaged.
+    pub(crate) thick: usize,
+}
+
+/// What profiles are made in, kept between frames.
+#[derive(Debug, Default)]
+pub(crate) struct ProfileBuffers {
+    sums: [Vec<f32>; 3],
+    blacks: [Vec<f32>; 3],
+    whites: [Vec<f32>; 3],
+    power: Vec<f32>,
+}
+
+/// The gain along a stripe of the picture, one value per camera pixel across the lines.
+pub(crate) fn find_profile(
+    light: &LineLight<'_>,
+    filter: &GainFilter,
+    band: Band,
+    (buffers, profile): (&mut ProfileBuffers, &mut Vec<f32>),
+) {
+    let length = match band.family {
+        Axis::Column => light.width(),
+        Axis::Row => light.height(),
+    };
+    let ProfileBuffers {
+        sums,
+        blacks,
+        whites,
+        power,
+    } = buffers;
+    for values in [&mut *sums, &mut *blacks, &mut *whites]
+        .into_iter()
+        .flatten()
+        .chain([power, &mut *profile])
+    {
+        values.clear();
+        values.resize(length, 0.0);
+    }
+    let share = 1.0 / band.thick as f32;
+    for along in band.at..band.at + band.thick {
+        let (first, step) = match band.family {
+            Axis::Column => (along * light.width(), 1),
+            Axis::Row => (along, light.width()),
+        };
+        light.response.add_every(light.frames, (first, step), sums);
+        for c in 0..3 {
+            add_every(
+                light.black.channels[c].values(),
+                (first, step),
+                share,
+                &mut blacks[c],
+            );
+            add_every(
+                light.white[c].values(),
+                (first, step),
+                share,
+                &mut whites[c],
+            );
+        }
+    }
+    Arch::new().dispatch(RowFilter {
+        filter,
+        mean: filter.mean_of(light.frames.len(), band.thick),
+        inputs: Inputs {
+            sums: sums.each_ref().map(|channel| &channel[..]),
+            blacks: blacks.each_ref().map(|channel| &channel[..]),
+            whites: whites.each_ref().map(|channel| &channel[..]),
+        },
+        gain: profile,
+        power: &mut buffers.power,
+    });
+}
+
+/// Adds a share of every so many values.
+fn add_every(values: &[f32], (first, step): (usize, usize), share: f32, sums: &mut [f32]) {
+    let values = values[first..].iter().step_by(step);
+    sums.iter_mut()
+        .zip(values)
+        .for_each(|(sum, value)| *sum += share * value);
+}

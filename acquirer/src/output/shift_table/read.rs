@@ -8,7 +8,7 @@ use shared::pattern::{Corner, GridIndex};
 use super::{COLUMNS, ShiftRow, ShiftTableError};
 use crate::pipeline::shift::THESIS_DEPTH_PER_PX;
 
-/// Reads a table that [`write_shift_table`] or another program wrote.
+/// Reads a table that [`write_shift_table`](super::write_shift_table) or another program wrote.
 ///
 /// # Errors
 /// A file that is missing, not CSV, lacks a column, or has a field that is no vertex or no number.

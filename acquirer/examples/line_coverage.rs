@@ -113,7 +113,6 @@ fn shoot(scene: &Scene, room: &Room, pattern: &GridSettings) -> Captures {
         white: shoot(&Pattern::WHITE, 3),
         prmvs: shoot(&pattern.coded.clone().into(), 2),
         unary: shoot(&pattern.coded.unary(pattern.unary).into(), 2),
-        solid: Vec::new(),
     }
 }
 

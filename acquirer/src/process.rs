@@ -17,6 +17,7 @@ use crate::{
         colour_choice::ColourSelection,
         dense::find_dense_lines,
         read_stage,
+        response::{MeasuredResponse, NoMeasurement, ResponseSettings},
         result::ScanResult,
         shift::{
             epipolar::{self, Epipolar},
@@ -25,7 +26,7 @@ use crate::{
         },
         surface::{difference::find_differences, read_surface},
     },
-    scan::{ScanError, ScanFolder},
+    scan::{ScanError, ScanFolder, measure_scan_response},
 };
 
 /// The colour selection of a scan, in its folder.
@@ -109,10 +110,14 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
     let projected = folder.projected();
     let calibration = load_calibration(folder)?;
     let selection = load_selection(folder)?;
+    let mut settings = config.pipeline;
+    let response = measure_response(folder, &mut settings.response)?;
+    lap("measure response", &mut times);
     let mut result = ScanResult {
-        method: config.pipeline.method,
+        method: settings.method,
         depth_per_px: config.shift.depth_per_px,
-        settings: serde_json::to_value(config.pipeline).unwrap_or_default(),
+        response,
+        settings: serde_json::to_value(settings).unwrap_or_default(),
         ..ScanResult::default()
     };
     // one stage after the other, so that the repeats of only one are in memory
@@ -122,12 +127,7 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         let reading = if captures.prmvs.is_empty() {
             None
         } else {
-            let read = read_stage(
-                &captures,
-                &projected,
-                calibration.as_ref(),
-                &config.pipeline,
-            );
+            let read = read_stage(&captures, &projected, calibration.as_ref(), &settings);
             Some(read.map_err(|source| ProcessError::Pipeline { stage, source })?)
         };
         captures.keep_first();
@@ -155,6 +155,23 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         paths,
         times,
     })
+}
+
+/// Takes the response that the scan's solid colours tell, unless the settings give one.
+fn measure_response(
+    folder: &ScanFolder,
+    settings: &mut ResponseSettings,
+) -> Result<Option<Result<MeasuredResponse, NoMeasurement>>, ScanError> {
+    if settings.power().is_some() || settings.curve.is_some() {
+        return Ok(None);
+    }
+    let measured = measure_scan_response(folder)?;
+    if let Some(Ok(measured)) = &measured
+        && !measured.is_srgb
+    {
+        settings.curve = Some(measured.curve);
+    }
+    Ok(measured)
 }
 
 fn load_calibration(folder: &ScanFolder) -> Result<Option<RigCalibration>, ProcessError> {

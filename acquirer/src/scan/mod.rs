@@ -2,6 +2,9 @@
 
 mod folder;
 
+mod response;
+
 pub use folder::{
     CaptureEntry, FORMAT, ScanError, ScanFolder, ScanManifest, Shows, read_picture, write_whole,
 };
+pub use response::measure_scan_response;

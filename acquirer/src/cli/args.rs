@@ -126,6 +126,9 @@ pub(super) struct ScanArgs {
     /// Pick the colours on the scene first.
     #[arg(long)]
     pub pick_colours: bool,
+    /// Leave out the solid colours that tell the camera's response (some three seconds a stage); the sRGB curve is taken.
+    #[arg(long)]
+    pub no_ramp: bool,
     /// Calibration of the rig (calibration.json), copied into the scan; gives points in mm.
     #[arg(long, value_name = "FILE")]
     pub calibration: Option<PathBuf>,

@@ -29,6 +29,7 @@ use crate::{
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = Config::load(args.rig.config.as_deref())?;
     config.set_method(args.method.map(Into::into));
+    config.record.ramp &= !args.no_ramp;
     let calibration = args
         .calibration
         .as_deref()

@@ -1,10 +1,14 @@
-//! Records one stage of a scan: black, white, the coded grid and the unary grid, each several times.
+//! Records one stage of a scan: black, white, the coded grid and the unary grid, each several times, and
+//! the solid colours that tell the camera's response once each.
 
 use serde::{Deserialize, Serialize};
 use shared::{protocol::View, stage::Stage};
 
 use super::{Cancel, Progress, Report, Rig, SessionError};
-use crate::scan::{ScanFolder, Shows};
+use crate::{
+    pipeline::response::ramp_colours,
+    scan::{ScanFolder, Shows},
+};
 
 /// How often each picture is taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -14,6 +18,8 @@ pub struct RecordSettings {
     pub references: usize,
     /// Frames of the coded and of the unary grid, 1 to 100. They are averaged.
     pub grids: usize,
+    /// Whether eleven solid colours are recorded too: they tell the camera's response.
+    pub ramp: bool,
 }
 
 impl Default for RecordSettings {
@@ -21,6 +27,7 @@ impl Default for RecordSettings {
         Self {
             references: 3,
             grids: 2,
+            ramp: true,
         }
     }
 }
@@ -29,7 +36,8 @@ impl RecordSettings {
     fn repeats(&self, shows: Shows) -> usize {
         let repeats = match shows {
             Shows::Prmvs | Shows::Unary => self.grids,
-            Shows::Black | Shows::White | Shows::Solid(_) => self.references,
+            Shows::Black | Shows::White => self.references,
+            Shows::Solid(_) => 1, // many places of one frame are averaged
         };
         repeats.clamp(1, 100)
     }
@@ -49,8 +57,9 @@ pub fn record_stage(
     report: Report,
 ) -> Result<(), SessionError> {
     folder.retake(stage)?;
-    let of = Shows::RECORDING.len();
-    for (done, shows) in Shows::RECORDING.into_iter().enumerate() {
+    let pictures = pictures(rig, stage, settings);
+    let of = pictures.len();
+    for (done, shows) in pictures.into_iter().enumerate() {
         let what = format!("recording {stage}: {}", String::from(shows));
         report(Progress { what, done, of });
         let frames = rig.shoot(
@@ -70,6 +79,17 @@ pub fn record_stage(
         of,
     });
     Ok(())
+}
+
+/// What is recorded of a stage. A recording that is played again and has no ramp goes without.
+fn pictures(rig: &Rig, stage: Stage, settings: &RecordSettings) -> Vec<Shows> {
+    let mut pictures = Shows::RECORDING.to_vec();
+    let ramp: Vec<Shows> = ramp_colours().into_iter().map(Shows::Solid).collect();
+    let is_there = ramp.iter().all(|&shows| rig.camera.has(shows, stage));
+    if settings.ramp && is_there {
+        pictures.extend(ramp);
+    }
+    pictures
 }
 
 fn view_of(shows: Shows) -> View {

@@ -14,6 +14,7 @@ mod pictures;
 pub mod ply;
 pub mod relief;
 mod report;
+pub mod response;
 pub mod shift_table;
 pub mod summary;
 pub mod tables;

@@ -12,6 +12,8 @@ mod parts;
 
 mod pattern;
 
+mod response;
+
 use super::{OutputError, Summary, pictures::Pictures};
 use crate::pipeline::{Captures, colour_choice::ColourSelection};
 use html::{Section, escaped};
@@ -46,6 +48,7 @@ pub(super) fn page(content: &Content<'_>) -> Result<String, OutputError> {
         parts::reading(content)?,
         parts::labels(content)?,
         Some(parts::figures(content.summary)),
+        response::section(content.summary),
         parts::settings(content.summary),
         Some(parts::guide()),
     ]

@@ -11,6 +11,7 @@ use shared::{
 use super::{
     DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LinePoint, LineTrack, checks,
     code::{Code, Orientation},
+    expected::ExpectedLines,
     labels::{Decoder, Label},
     links::{Link, Patch, find_patches},
     vertices::{Neighbours, Placement, find_vertices},
@@ -19,6 +20,7 @@ use crate::{
     Projected,
     colours::Colours,
     crossings::{Crossings, median_gap},
+    densify::KnownPlaces,
     lines::Lines,
 };
 
@@ -79,6 +81,8 @@ pub struct Observed<'a> {
 pub struct Decoding {
     /// The codes of the flat and of the steep family, in the order of [`Orientation::ALL`].
     codes: [[Code; 2]; 8],
+    /// What coarser grids tell of the places on the projector.
+    known: Option<KnownPlaces>,
 }
 
 impl Decoding {
@@ -87,7 +91,13 @@ impl Decoding {
     pub fn new(grid: &Grid) -> Self {
         Self {
             codes: Orientation::ALL.map(|way| Axis::BOTH.map(|family| way.code(grid, family))),
+            known: None,
         }
+    }
+
+    /// Tells what is known of the places on the projector, from now on.
+    pub(crate) fn expect_places(&mut self, known: KnownPlaces) {
+        self.known = Some(known);
     }
 
     /// Decodes a picture of the grid.
@@ -137,6 +147,9 @@ impl Reading<'_> {
                 let seen = self.observed.crossings.all[node].centre;
                 self.calibration?.sampson_px(seen, from)
             };
+            let expected = self.decoding.known.as_ref();
+            let expected = expected
+                .map(|known| ExpectedLines::new(self.observed.crossings, known, &placement));
             let decoder = Decoder {
                 flat,
                 steep,
@@ -144,6 +157,7 @@ impl Reading<'_> {
                 links: self.links,
                 settings: self.settings,
                 epipolar: self.calibration.map(|_| &epipolar as _),
+                expected: expected.as_ref(),
             };
             let labels = decoder.label(patches);
             let known = labels
@@ -174,7 +188,14 @@ impl Reading<'_> {
     fn finish(&self, orientation: Orientation, labels: &Labels) -> DecodedGrid {
         let crossings = self.observed.crossings;
         let placement = self.placement(orientation);
-        let neighbours = Neighbours::new(crossings.all.len(), self.links);
+        let number = |node: usize, family: Axis| match labels.get(&node) {
+            Some(&Label::Known { flat, steep, .. }) => Some(match family {
+                Axis::Row => flat,
+                Axis::Column => steep,
+            }),
+            _ => None,
+        };
+        let neighbours = Neighbours::new(crossings.all.len(), self.links, number);
         let mut outcome: Vec<Result<DecodedCrossing, DropReason>> = Vec::new();
         for (node, crossing) in crossings.all.iter().enumerate() {
             outcome.push(match labels.get(&node) {

@@ -7,6 +7,7 @@
 
 mod checks;
 mod code;
+mod expected;
 mod find;
 mod labels;
 mod links;
@@ -47,7 +48,7 @@ pub enum DropReason {
     BrokenLine,
     /// No place of the sequence fits, or more than one does.
     NotInCode,
-    /// The label contradicts the epipolar geometry or a neighbouring, better supported one.
+    /// The label contradicts the epipolar geometry, a neighbouring, better supported one, or a coarser grid.
     OffEpipolarLine,
 }
 

@@ -70,6 +70,13 @@ impl Config {
         })
     }
 
+    /// Takes the finer grids that the command line asks for, if it does.
+    pub fn set_densify(&mut self, lines: &[usize]) {
+        if !lines.is_empty() {
+            self.record.densify = lines.to_vec();
+        }
+    }
+
     /// Takes the method that the command line asks for, if it does.
     pub fn set_method(&mut self, method: Option<Method>) {
         self.pipeline.method = method.unwrap_or(self.pipeline.method);

@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use crate::{
     config::Config,
+    densify::read_finer_grids,
     output::{OutputError, ResultPaths, write_results},
     pipeline::{
         Captures, PipelineError, Projected,
@@ -147,6 +148,8 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         calibration.as_ref(),
     );
     lap("shift and surface", &mut times);
+    result.finer = read_finer_grids(folder, &result, calibration.as_ref(), &settings)?;
+    lap("read finer grids", &mut times);
     let captures = [&background, &object];
     let paths = write_results(folder, captures, &result, selection.as_ref())?;
     lap("write results", &mut times);
@@ -182,7 +185,7 @@ fn load_calibration(folder: &ScanFolder) -> Result<Option<RigCalibration>, Proce
 }
 
 /// Dense lines, shifts, and with a calibration the surfaces of both stages and their difference.
-fn find_shape(
+pub(crate) fn find_shape(
     result: &mut ScanResult,
     captures: [&Captures; 2],
     projected: &Projected,

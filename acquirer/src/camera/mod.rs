@@ -92,6 +92,11 @@ pub trait Camera: Send {
     /// for [`Stage::Object`]. At a real rig a person does that, and nothing happens here.
     fn expect(&mut self, _shows: Shows, _stage: Stage) {}
 
+    /// Whether the frames show what the projector shows: a recording has only what was recorded.
+    fn follows_projector(&self) -> bool {
+        true
+    }
+
     /// Whether the source is known to have this kind of picture: a recording has only what was recorded.
     fn has(&self, _shows: Shows, _stage: Stage) -> bool {
         true

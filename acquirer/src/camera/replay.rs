@@ -141,6 +141,10 @@ impl Camera for ReplayCamera {
         self.next_frame(timeout)
     }
 
+    fn follows_projector(&self) -> bool {
+        false
+    }
+
     fn has(&self, shows: Shows, stage: Stage) -> bool {
         let mut kinds = self.recorded.iter().map(|frame| frame.kind);
         kinds.any(|kind| kind == Some((stage, shows)))

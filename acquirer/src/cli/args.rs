@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
+use shared::pattern::LINE_COUNTS;
+
 use crate::{camera::CameraSpec, pipeline::Method};
 
 /// Captures the projected grid through a camera, picks its colours, reads it, and gives the object's shape.
@@ -114,6 +116,7 @@ pub(super) struct ColoursArgs {
 #[command(after_help = "Examples:
   acquirer scan --out cup --camera /dev/video0
   acquirer scan --out cup --camera /dev/video0 --pick-colours --calibration rig.json
+  acquirer scan --out cup --camera /dev/video0 --densify 31,63
   acquirer scan --out cube --camera sim:cube --json
   acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'")]
 pub(super) struct ScanArgs {
@@ -126,6 +129,9 @@ pub(super) struct ScanArgs {
     /// Pick the colours on the scene first.
     #[arg(long)]
     pub pick_colours: bool,
+    /// Record finer grids after the base grid and read them with its help: numbers of lines, for example 31,63.
+    #[arg(long, value_name = "LINES", value_delimiter = ',', value_parser = line_count)]
+    pub densify: Vec<usize>,
     /// Leave out the solid colours that tell the camera's response (some three seconds a stage); the sRGB curve is taken.
     #[arg(long)]
     pub no_ramp: bool,
@@ -180,6 +186,9 @@ pub(super) struct DemoArgs {
     /// Folder of the recorded scan; demo-SCENE in the current folder unless given.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Record finer grids after the base grid and read them with its help: numbers of lines, for example 31,63.
+    #[arg(long, value_name = "LINES", value_delimiter = ',', value_parser = line_count)]
+    pub densify: Vec<usize>,
     /// Use a projector program that runs already, as HOST:PORT, instead of starting one.
     #[arg(long, value_name = "HOST:PORT")]
     pub projector: Option<String>,
@@ -212,6 +221,13 @@ pub(super) struct DrawArgs {
     /// Which object of the table, where it holds several.
     #[arg(long, value_name = "NAME")]
     pub object: Option<String>,
+}
+
+/// A number of lines that a finer grid may have.
+fn line_count(text: &str) -> Result<usize, String> {
+    let finer = &LINE_COUNTS[1..];
+    let lines = text.parse().ok().filter(|lines| finer.contains(lines));
+    lines.ok_or_else(|| format!("give some of {finer:?}, with commas between them"))
 }
 
 /// `--method`.

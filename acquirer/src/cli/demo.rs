@@ -30,6 +30,7 @@ use crate::{
 pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = Config::load(args.config.as_deref())?;
     config.set_method(args.method.map(Into::into));
+    config.set_densify(&args.densify);
     let scene = load_scene(&args.scene)?;
     let mut console = Console::new();
     let program = match &args.projector {

@@ -24,7 +24,7 @@ use crate::session::Cancel;
 pub use args::RigArgs;
 use args::{Args, CamerasArgs, Command};
 pub use process::figures_text;
-pub use rig::{grid_warnings, open_rig, projected};
+pub use rig::{open_rig, projected, recording_warnings};
 
 /// Runs the program with the arguments of the process.
 #[must_use]

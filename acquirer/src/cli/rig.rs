@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use shared::{
-    pattern::{Axis, CameraScale, GridSettings, RasterSize},
+    pattern::{Axis, CameraScale, GridSettings, PatternError, RasterSize},
     protocol::Role,
 };
 
@@ -15,7 +15,7 @@ use crate::{
     pipeline::Projected,
     projector_link::{LinkSettings, ProjectorLink},
     scan::ScanFolder,
-    session::Rig,
+    session::{RecordSettings, Rig, finer_patterns},
 };
 
 /// Connects to the projector as its controller, then opens the camera.
@@ -64,7 +64,7 @@ fn first_camera() -> anyhow::Result<CameraSpec> {
 /// What the operator should know before this grid is recorded: lines that touch, or that the camera can't resolve
 /// even if the projector's picture fills its own.
 #[must_use]
-pub fn grid_warnings(rig: &Rig, projected: &Projected) -> Vec<String> {
+pub(super) fn grid_warnings(rig: &Rig, projected: &Projected) -> Vec<String> {
     let format = rig.camera.format();
     let camera = RasterSize {
         width: format.width,
@@ -74,6 +74,23 @@ pub fn grid_warnings(rig: &Rig, projected: &Projected) -> Vec<String> {
     let mut warnings = grid.warnings(raster);
     warnings.extend(grid.camera_warnings(raster, CameraScale::filling(raster, camera)));
     warnings
+}
+
+/// As [`grid_warnings`], for the grid and the finer ones that are recorded after it.
+///
+/// # Errors
+/// A finer grid that there is not.
+pub fn recording_warnings(
+    rig: &Rig,
+    projected: &Projected,
+    settings: &RecordSettings,
+) -> Result<Vec<String>, PatternError> {
+    let mut warnings = grid_warnings(rig, projected);
+    for pattern in finer_patterns(projected, settings)? {
+        let raster = projected.raster;
+        warnings.extend(grid_warnings(rig, &Projected { pattern, raster }));
+    }
+    Ok(warnings)
 }
 
 /// What the projector's coded grid is at the moment.

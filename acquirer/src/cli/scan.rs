@@ -16,7 +16,7 @@ use super::{
     colours,
     console::Console,
     process,
-    rig::{grid_warnings, open_rig, projected},
+    rig::{open_rig, projected, recording_warnings},
 };
 use crate::{
     camera::CameraSpec,
@@ -30,6 +30,13 @@ pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = Config::load(args.rig.config.as_deref())?;
     config.set_method(args.method.map(Into::into));
     config.record.ramp &= !args.no_ramp;
+    config.set_densify(&args.densify);
+    let is_replayed = matches!(args.rig.camera, Some(CameraSpec::Replay(_)));
+    if is_replayed && !config.record.densify.is_empty() {
+        bail!(
+            "a recording can't show finer grids; leave out --densify, or use a camera or a simulated room"
+        );
+    }
     let calibration = args
         .calibration
         .as_deref()
@@ -125,7 +132,7 @@ impl Recording<'_> {
             false => None,
         };
         let projected = projected(rig)?;
-        for warning in grid_warnings(rig, &projected) {
+        for warning in recording_warnings(rig, &projected, &config.record)? {
             console.say(&format!("warning: {warning}"));
         }
         let format = rig.camera.format();

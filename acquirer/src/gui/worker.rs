@@ -22,7 +22,7 @@ use super::{
     events::{Event, Job, LiveFrame, ReadScan, RigInfo},
 };
 use crate::{
-    cli::{grid_warnings, open_rig, projected},
+    cli::{open_rig, projected, recording_warnings},
     pipeline::colour_choice::ColourSelection,
     process::{SELECTION_FILE, process_scan},
     scan::{ScanFolder, read_picture, write_whole},
@@ -194,7 +194,7 @@ impl Worker {
         };
         let dir = fresh_folder(&self.startup.out);
         let projected = projected(rig)?;
-        for warning in grid_warnings(rig, &projected) {
+        for warning in recording_warnings(rig, &projected, &self.startup.config.record)? {
             tracing::warn!("{warning}");
         }
         let mut folder = ScanFolder::create(&dir, &projected, size)?;

@@ -13,12 +13,16 @@ use shared::stage::Stage;
 use super::{
     OutputError,
     figure::Figure,
+    finer,
     maps::{label_map, relative_depth_map, shift_map, surface_depth_map},
     relief::{Colouring, Viewpoint, draw_relief, draw_surface},
     shift_table::ShiftRow,
 };
 use crate::{
-    pipeline::{Captures, StagePicture, result::ScanResult},
+    pipeline::{
+        Captures, StagePicture,
+        result::{FinerScan, ScanResult},
+    },
     scan::{ScanFolder, write_whole},
 };
 
@@ -39,6 +43,8 @@ pub(super) struct Pictures<'a> {
     pub(super) maps: Vec<Named>,
     /// The surface seen from the side.
     pub(super) views: Vec<Named>,
+    /// The finer grids with the object, with the names of their files.
+    pub(super) finer: Vec<(String, Figure)>,
     /// The pipeline's own pictures.
     pub(super) stages: Vec<(Stage, &'a [StagePicture])>,
 }
@@ -71,6 +77,7 @@ impl<'a> Pictures<'a> {
             labels,
             maps: maps(result, scene.unwrap_or(&dark)),
             views: views(result, scene),
+            finer: result.finer.iter().filter_map(finer_labels).collect(),
             stages: Stage::BOTH
                 .into_iter()
                 .filter_map(|stage| Some((stage, result.stage(stage)?.pictures.as_slice())))
@@ -84,8 +91,10 @@ impl<'a> Pictures<'a> {
     /// [`OutputError`] with the path.
     pub(super) fn save(&self, dir: &Path) -> Result<(), OutputError> {
         let figures = self.labels.iter().chain(&self.maps).chain(&self.views);
+        let figures = figures.map(|named| (format!("{}.png", named.name), &named.figure));
+        let finer = self.finer.iter();
         let figures: Vec<_> = figures
-            .map(|named| (format!("{}.png", named.name), &named.figure))
+            .chain(finer.map(|(name, figure)| (format!("{name}.png"), figure)))
             .collect();
         let pictures: Vec<_> = self.stages.iter().flat_map(stage_files).collect();
         figures
@@ -126,6 +135,13 @@ fn labels_named(stage: Stage, figure: Figure) -> Named {
             figure,
         },
     }
+}
+
+/// The decoded finer grid over its own picture.
+fn finer_labels(scan: &FinerScan) -> Option<(String, Figure)> {
+    let grid = &scan.result.object.as_ref()?.grid;
+    let figure = label_map(grid, &scan.pattern.coded, scan.seen.as_ref()?);
+    Some((format!("labels-object-{}", finer::name(scan)), figure))
 }
 
 fn rows(result: &ScanResult) -> Vec<ShiftRow> {

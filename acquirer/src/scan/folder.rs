@@ -465,7 +465,7 @@ fn check_size(path: &Path, picture: &RgbImage, expected: RasterSize) -> Result<(
     }
 }
 
-fn is_inside(file: &str) -> bool {
+pub(super) fn is_inside(file: &str) -> bool {
     let path = Path::new(file);
     !file.is_empty()
         && path

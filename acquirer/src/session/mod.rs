@@ -5,12 +5,14 @@
 //! command line.
 
 mod colours;
+mod finer;
 mod latency;
 mod progress;
 mod rig;
 mod scan;
 
 pub use colours::{ColourTrialResult, apply_selection, try_colours};
+pub use finer::finer_patterns;
 pub use latency::{Latency, LatencySettings, measure_latency};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};

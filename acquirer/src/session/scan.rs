@@ -1,10 +1,13 @@
 //! Records one stage of a scan: black, white, the coded grid and the unary grid, each several times, and
-//! the solid colours that tell the camera's response once each.
+//! the solid colours that tell the camera's response once each; then finer grids, if they are asked for.
 
 use serde::{Deserialize, Serialize};
 use shared::{protocol::View, stage::Stage};
 
-use super::{Cancel, Progress, Report, Rig, SessionError};
+use super::{
+    Cancel, Progress, Report, Rig, SessionError,
+    finer::{finer_patterns, record_finer},
+};
 use crate::{
     pipeline::response::ramp_colours,
     scan::{ScanFolder, Shows},
@@ -20,6 +23,8 @@ pub struct RecordSettings {
     pub grids: usize,
     /// Whether eleven solid colours are recorded too: they tell the camera's response.
     pub ramp: bool,
+    /// Numbers of lines of finer grids (31, 63, 127, 255) that are recorded after the base grid and read with its help.
+    pub densify: Vec<usize>,
 }
 
 impl Default for RecordSettings {
@@ -28,12 +33,13 @@ impl Default for RecordSettings {
             references: 3,
             grids: 2,
             ramp: true,
+            densify: Vec::new(),
         }
     }
 }
 
 impl RecordSettings {
-    fn repeats(&self, shows: Shows) -> usize {
+    pub(super) fn repeats(&self, shows: Shows) -> usize {
         let repeats = match shows {
             Shows::Prmvs | Shows::Unary => self.grids,
             Shows::Black | Shows::White => self.references,
@@ -56,6 +62,10 @@ pub fn record_stage(
     cancel: &Cancel,
     report: Report,
 ) -> Result<(), SessionError> {
+    let finer = match rig.camera.follows_projector() {
+        true => finer_patterns(&folder.projected(), settings)?,
+        false => Vec::new(),
+    };
     folder.retake(stage)?;
     let pictures = pictures(rig, stage, settings);
     let of = pictures.len();
@@ -73,6 +83,8 @@ pub fn record_stage(
             folder.add_capture(stage, shows, &frame.picture)?;
         }
     }
+    let what = (stage, settings);
+    record_finer((rig, folder), &finer, what, cancel, report)?;
     report(Progress {
         what: format!("recorded {stage}"),
         done: of,

@@ -6,6 +6,8 @@
 
 mod colours;
 
+mod finer;
+
 mod html;
 
 mod parts;
@@ -47,6 +49,7 @@ pub(super) fn page(content: &Content<'_>) -> Result<String, OutputError> {
         colours,
         parts::reading(content)?,
         parts::labels(content)?,
+        finer::section(content)?,
         Some(parts::figures(content.summary)),
         response::section(content.summary),
         parts::settings(content.summary),

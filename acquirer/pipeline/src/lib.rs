@@ -42,6 +42,7 @@ pub mod result;
 mod pictures;
 mod reader;
 mod settings;
+mod spare;
 mod stale;
 mod wide;
 
@@ -135,8 +136,8 @@ impl Captures {
 ///
 /// # Errors
 /// [`PipelineError::Empty`] or [`PipelineError::SizesDiffer`] with the first one that fails.
-pub(crate) fn check_sizes<'a>(
-    captures: impl Iterator<Item = (String, &'a RgbImage)>,
+pub(crate) fn check_sizes<'a, W: Into<String>>(
+    captures: impl Iterator<Item = (W, &'a RgbImage)>,
 ) -> Result<(), PipelineError> {
     let mut expected = None;
     for (what, frame) in captures {
@@ -145,12 +146,13 @@ pub(crate) fn check_sizes<'a>(
             height: frame.height(),
         };
         if found.pixels() == 0 {
+            let what = what.into();
             return Err(PipelineError::Empty { what });
         }
         let expected = *expected.get_or_insert(found);
         if found != expected {
             return Err(PipelineError::SizesDiffer {
-                what,
+                what: what.into(),
                 found,
                 expected,
             });

@@ -21,7 +21,7 @@ use super::{
 use crate::{
     Projected,
     colours::Colours,
-    crossings::{Crossing, Crossings, median_gap},
+    crossings::{Crossing, Crossings},
     lines::Lines,
 };
 
@@ -119,7 +119,7 @@ impl Decoding {
             settings,
             links: &links,
             closed: &closed,
-            gaps_px: Axis::BOTH.map(|along| median_gap(observed.crossings, along)),
+            gaps_px: observed.crossings.gaps_px,
         };
         let (orientation, labels) = reading.best_orientation(&patches);
         reading.finish(orientation, labels)

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use shared::pattern::Axis;
 
 use super::{DecodeSettings, labels::Label};
-use crate::crossings::{Crossings, median_gap};
+use crate::crossings::Crossings;
 
 /// Two neighbouring crossings; `b` follows `a` along a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +88,7 @@ pub(super) fn regular_links(crossings: &Crossings, settings: &DecodeSettings) ->
     const AROUND: usize = 3; // gaps on either side that a gap is compared with
     let mut links = Vec::new();
     for along in Axis::BOTH {
-        let typical = median_gap(crossings, along);
+        let typical = crossings.gap_px(along);
         for track in crossings.on(along) {
             let place = |k: usize| crossings.all[k].along(along);
             let gaps: Vec<f64> = track

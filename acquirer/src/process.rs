@@ -16,6 +16,7 @@ use crate::{
         Captures, PipelineError, PipelineSettings, Projected, StageReading,
         dense::{DenseLine, find_dense_lines},
         read_stage_sparingly,
+        response::{MeasuredResponse, NoMeasurement, ResponseSettings},
         result::ScanResult,
         shift::{
             epipolar::{self, Epipolar},
@@ -24,7 +25,7 @@ use crate::{
         },
         surface::{Placed, Surface, SurfacePoint, difference::find_differences, read_surface},
     },
-    scan::{ScanError, ScanFolder, Shows},
+    scan::{ScanError, ScanFolder, Shows, measure_scan_response},
 };
 
 /// Why a scan can't be processed.
@@ -103,15 +104,19 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         .map(|path| read_calibration(&path));
     let calibration = calibration.transpose()?;
     let selection = folder.selection()?;
+    let mut settings = config.pipeline;
+    let response = measure_response(folder, &mut settings.response)?;
+    clock.lap("measure response");
     let reader = StageReader {
         folder,
         projected: folder.projected(),
         calibration: calibration.as_ref(),
-        settings: &config.pipeline,
+        settings: &settings,
     };
     let before = reader.read(Stage::Background, &mut clock)?;
     let after = reader.read(Stage::Object, &mut clock)?;
-    let (result, pictures) = compare([before, after], calibration.as_ref(), config);
+    let (mut result, pictures) = compare([before, after], &reader, config.shift.depth_per_px);
+    result.response = response;
     clock.lap("compare");
     let paths = write_results(folder, &pictures, &result, selection.as_ref())?;
     clock.lap("write results");
@@ -142,6 +147,23 @@ impl Clock {
         self.times.push(StepTime { step, ms });
         self.begun = Instant::now();
     }
+}
+
+/// Takes the response that the scan's solid colours tell, unless the settings give one.
+fn measure_response(
+    folder: &ScanFolder,
+    settings: &mut ResponseSettings,
+) -> Result<Option<Result<MeasuredResponse, NoMeasurement>>, ScanError> {
+    if settings.power().is_some() || settings.curve.is_some() {
+        return Ok(None);
+    }
+    let measured = measure_scan_response(folder)?;
+    if let Some(Ok(measured)) = &measured
+        && !measured.is_srgb
+    {
+        settings.curve = Some(measured.curve);
+    }
+    Ok(measured)
 }
 
 /// What was measured in one stage. Its captures are on the disk, and its pictures are encoded: they would fill the
@@ -203,13 +225,13 @@ impl StageReader<'_> {
 /// Shifts, and with a calibration the difference of the surfaces, of both stages.
 fn compare(
     [before, after]: [StageProducts; 2],
-    calibration: Option<&RigCalibration>,
-    config: &Config,
+    reader: &StageReader,
+    depth_per_px: f64,
 ) -> (ScanResult, [Vec<EncodedPicture>; 2]) {
     let mut result = ScanResult {
-        method: config.pipeline.method,
-        depth_per_px: config.shift.depth_per_px,
-        settings: serde_json::to_value(config.pipeline).unwrap_or_default(),
+        method: reader.settings.method,
+        depth_per_px,
+        settings: serde_json::to_value(reader.settings).unwrap_or_default(),
         differences: find_differences(&before.surface.points, &after.surface.points),
         background: before.reading,
         object: after.reading,
@@ -221,7 +243,8 @@ fn compare(
     };
     if let (Some(before), Some(after)) = (&result.background, &result.object) {
         result.shifts = find_shifts(&before.grid, &after.grid, result.depth_per_px);
-        let directions = calibration
+        let directions = reader
+            .calibration
             .map(Epipolar::Rig)
             .or_else(|| epipolar::from_shifts(&result.shifts));
         let lines = [&result.lines[0][..], &result.lines[1]];

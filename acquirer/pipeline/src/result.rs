@@ -7,6 +7,7 @@ use shared::stage::Stage;
 use super::{
     Method, StageReading,
     dense::DenseLine,
+    response::{MeasuredResponse, NoMeasurement},
     shift::{Shift, lines::LineShifts},
     surface::{SurfaceDrop, SurfacePoint, difference::Difference},
 };
@@ -37,6 +38,8 @@ pub struct ScanResult {
     pub surface_dropped: [BTreeMap<SurfaceDrop, usize>; 2],
     /// How far the object stands out of the background.
     pub differences: Vec<Difference>,
+    /// The camera's response as measured with this scan's solid colours; `None` when it has none.
+    pub response: Option<Result<MeasuredResponse, NoMeasurement>>,
     /// The effective settings of the pipeline, for the report and the summary; `Null` when there are none.
     pub settings: serde_json::Value,
 }

@@ -5,6 +5,7 @@ mod folder;
 mod fresh_folder;
 mod manifest;
 mod picture;
+mod response;
 mod shows;
 mod whole_file;
 
@@ -14,5 +15,6 @@ pub use fresh_folder::fresh_folder;
 pub(crate) use manifest::write_json;
 pub use manifest::{CaptureEntry, FORMAT, ScanManifest};
 pub use picture::{read_picture, write_picture};
+pub use response::measure_scan_response;
 pub use shows::Shows;
 pub use whole_file::{WholeFile, write_whole};

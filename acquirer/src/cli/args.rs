@@ -200,6 +200,9 @@ pub(super) struct ScanArgs {
     /// Pick the colours on the scene first.
     #[arg(long)]
     pub pick_colours: bool,
+    /// Leave out the solid colours that tell the camera's response (some three seconds a stage); the sRGB curve is taken.
+    #[arg(long)]
+    pub no_ramp: bool,
     /// The rig's calibration.
     #[command(flatten)]
     pub calibration: CalibrationArgs,

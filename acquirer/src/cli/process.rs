@@ -112,6 +112,16 @@ pub fn figures_text(folder: &ScanFolder, processed: &Processed) -> String {
             ),
         );
     }
+    if let Some(response) = &summary.response {
+        let residual = response.residual_levels.zip(response.srgb_residual_levels);
+        let residual = residual.map_or(String::new(), |(levels, srgb)| {
+            format!(": solid colours add up to {levels:.2} byte values (sRGB: {srgb:.2})")
+        });
+        line(
+            "camera response",
+            format!("{}{residual}", response.curve.words()),
+        );
+    }
     for warning in &summary.warnings {
         line("warning", warning.clone());
     }

@@ -23,7 +23,8 @@ use crate::{
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.reading.config(&args.rig.config)?;
+    let mut config = args.reading.config(&args.rig.config)?;
+    config.record.ramp &= !args.no_ramp;
     let calibration = args.calibration.load()?;
     if args.out.join("scan.json").exists() {
         bail!(

@@ -1,10 +1,14 @@
-//! Records one stage of a scan: black, white, the coded grid and the unary grid, each several times.
+//! Records one stage of a scan: black, white, the coded grid and the unary grid, each several times, and
+//! the solid colours that tell the camera's response once each.
 
 use serde::{Deserialize, Serialize};
 use shared::{protocol::View, stage::Stage};
 
 use super::{Cancel, Progress, Report, Rig, SessionError, Shot};
-use crate::scan::{ScanFolder, Shows};
+use crate::{
+    pipeline::response::ramp_colours,
+    scan::{ScanFolder, Shows},
+};
 
 /// How often each picture is taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -14,6 +18,8 @@ pub struct RecordSettings {
     pub references: usize,
     /// Frames of the coded and of the unary grid, 1 to 100. They are averaged.
     pub grids: usize,
+    /// Whether eleven solid colours are recorded too: they tell the camera's response.
+    pub ramp: bool,
 }
 
 impl Default for RecordSettings {
@@ -21,6 +27,7 @@ impl Default for RecordSettings {
         Self {
             references: 3,
             grids: 2,
+            ramp: true,
         }
     }
 }
@@ -29,14 +36,23 @@ impl RecordSettings {
     fn repeats(&self, shows: Shows) -> usize {
         let repeats = match shows {
             Shows::Prmvs | Shows::Unary => self.grids,
-            Shows::Black | Shows::White | Shows::Solid(_) => self.references,
+            Shows::Black | Shows::White => self.references,
+            Shows::Solid(_) => 1, // many places of one frame are averaged
         };
         repeats.clamp(1, 100)
+    }
+
+    fn shot(&self, shows: Shows) -> Shot {
+        Shot {
+            view: view_of(shows),
+            shows,
+            count: self.repeats(shows),
+        }
     }
 }
 
 /// Records one stage into the folder, in place of what it holds of that stage. What became of the latency, and how
-/// many frames the camera lost so far, is noted.
+/// many frames the camera lost so far, is noted. Solid colours that can't be told apart are left out with a warning.
 ///
 /// # Errors
 /// As [`Rig::shoot_all`], and what the folder says; captures already written stay.
@@ -49,20 +65,31 @@ pub fn record_stage(
     report: Report,
 ) -> Result<(), SessionError> {
     folder.retake(stage)?;
-    let of = Shows::RECORDING.len();
-    let shots = Shows::RECORDING.map(|shows| Shot {
-        view: view_of(shows),
-        shows,
-        count: settings.repeats(shows),
-    });
-    let frames = rig.shoot_all(&shots, stage, cancel, &mut |done| {
-        let what = format!("recording {stage}");
-        report(Progress { what, done, of });
-    })?;
-    for (shot, frames) in shots.iter().zip(frames) {
-        for frame in frames {
-            folder.add_capture(stage, shot.shows, &frame.picture)?;
+    let ramp = ramp(rig, stage, settings);
+    let of = Shows::RECORDING.len() + ramp.len();
+    let mut record = |kinds: &[Shows], before: usize| {
+        let shots: Vec<Shot> = kinds.iter().map(|&shows| settings.shot(shows)).collect();
+        let frames = rig.shoot_all(&shots, stage, cancel, &mut |done| {
+            report(Progress {
+                what: format!("recording {stage}"),
+                done: before + done,
+                of,
+            });
+        })?;
+        for (shot, frames) in shots.iter().zip(frames) {
+            for frame in frames {
+                folder.add_capture(stage, shot.shows, &frame.picture)?;
+            }
         }
+        Ok(())
+    };
+    record(&Shows::RECORDING, 0)?;
+    match record(&ramp, Shows::RECORDING.len()) {
+        Err(SessionError::NotTold { views }) => tracing::warn!(
+            "the frames of some solid colours could not be told apart ({views}): the camera's response is not measured \
+             in this stage"
+        ),
+        other => other?,
     }
     folder.note("frames_lost", &rig.camera.losses())?;
     folder.note("latency", &rig.latency)?;
@@ -72,6 +99,17 @@ pub fn record_stage(
         of,
     });
     Ok(())
+}
+
+/// The solid colours to record. A recording that is played again and has none goes without.
+fn ramp(rig: &Rig, stage: Stage, settings: &RecordSettings) -> Vec<Shows> {
+    let ramp: Vec<Shows> = ramp_colours().into_iter().map(Shows::Solid).collect();
+    let is_there = ramp.iter().all(|&shows| rig.camera.has(shows, stage));
+    if settings.ramp && is_there {
+        ramp
+    } else {
+        Vec::new()
+    }
 }
 
 fn view_of(shows: Shows) -> View {

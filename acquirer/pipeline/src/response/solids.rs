@@ -28,12 +28,14 @@ pub(super) const SUMS: [([usize; 2], Rgb); 3] = [
     ([1, 2], Rgb([0, 255, 255])),
 ];
 
-/// The solid colours that the response is measured with, besides black and white, in the order of recording.
+/// The solid colours that the response is measured with, besides black and white, in the order of recording: bright
+/// and dark by turns, so that each frame is told from the one before.
 #[must_use]
 pub fn ramp_colours() -> Vec<Rgb> {
-    let greys = GREYS.map(|grey| Rgb([grey; 3]));
-    let sums = SUMS.map(|(_, colour)| colour);
-    greys.into_iter().chain(PRIMARIES).chain(sums).collect()
+    let [a, b, c, d, e] = GREYS.map(|grey| Rgb([grey; 3]));
+    let [red, green, blue] = PRIMARIES;
+    let [yellow, magenta, cyan] = SUMS.map(|(_, colour)| colour);
+    vec![e, a, yellow, blue, d, red, cyan, b, magenta, green, c]
 }
 
 /// Mean bytes of the blocks of a picture, per channel; not a number where a block is uneven or cut off.

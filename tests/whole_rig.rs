@@ -45,6 +45,10 @@ fn check(scene: &str, least_coverage_percent: f64) {
         let coverage = stage["coverage_percent"].as_f64().unwrap();
         assert!(coverage >= least_coverage_percent, "{scene}: {stage}");
     }
+    let response = &figures["summary"]["response"];
+    assert_eq!(response["curve"], "srgb", "{scene}: {response}");
+    let residual = response["residual_levels"].as_f64().unwrap();
+    assert!(residual < 1.0, "{scene}: {response}");
     let colours = figures["colours"]["best"].as_array().unwrap();
     assert_eq!(colours.len(), 4);
     let manifest = fs::read(dir.path().join("scan/scan.json")).unwrap();

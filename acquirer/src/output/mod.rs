@@ -16,6 +16,7 @@ pub mod maps;
 pub mod ply;
 pub mod relief;
 mod report;
+pub mod response;
 pub mod shift_table;
 pub mod stage_picture;
 pub mod summary;

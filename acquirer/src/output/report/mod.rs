@@ -25,6 +25,8 @@ mod labels;
 
 mod figures;
 
+mod response;
+
 mod settings;
 
 use std::path::Path;
@@ -73,6 +75,7 @@ pub(super) fn write(path: &Path, content: &Content<'_>) -> Result<(), OutputErro
         reading::section(content),
         labels::section(content),
         Some(figures::section(content.summary)),
+        response::section(content.summary),
         settings::section(content.summary),
         Some(guide),
     ];

@@ -10,6 +10,10 @@ mod curve;
 
 mod solids;
 
+mod equations;
+
+mod fit;
+
 mod measured;
 
 use image::RgbImage;

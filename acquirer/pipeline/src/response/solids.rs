@@ -39,7 +39,7 @@ pub fn ramp_colours() -> Vec<Rgb> {
 }
 
 /// Mean bytes of the blocks of a picture, per channel; not a number where a block is uneven or cut off.
-type Blocks = Vec<[f32; 3]>;
+pub(super) type Blocks = Vec<[f32; 3]>;
 
 /// What was seen of solid colours in one scene that stood still.
 #[derive(Debug, Clone, Default)]

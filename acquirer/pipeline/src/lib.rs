@@ -39,6 +39,8 @@ pub mod surface;
 
 pub mod result;
 
+pub mod densify;
+
 mod pictures;
 mod reader;
 mod settings;

@@ -11,10 +11,12 @@ use thiserror::Error;
 
 use crate::{
     config::Config,
+    densify::read_finer_grids,
     output::{EncodedPicture, OutputError, ResultPaths, write_results},
     pipeline::{
         Captures, PipelineError, PipelineSettings, Projected, StageReading,
         dense::{DenseLine, find_dense_lines},
+        densify::{KnownPlaces, read_finer},
         read_stage_sparingly,
         response::{MeasuredResponse, NoMeasurement, ResponseSettings},
         result::ScanResult,
@@ -25,7 +27,7 @@ use crate::{
         },
         surface::{Placed, Surface, SurfacePoint, difference::find_differences, read_surface},
     },
-    scan::{ScanError, ScanFolder, Shows, measure_scan_response},
+    scan::{FinerGrid, ScanError, ScanFolder, Shows, measure_scan_response},
 };
 
 /// Why a scan can't be processed.
@@ -118,6 +120,8 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
     let (mut result, pictures) = compare([before, after], &reader, config.shift.depth_per_px);
     result.response = response;
     clock.lap("compare");
+    result.finer = read_finer_grids(&reader, &result)?;
+    clock.lap("read finer grids");
     let paths = write_results(folder, &pictures, &result, selection.as_ref())?;
     clock.lap("write results");
     Ok(Processed {
@@ -169,7 +173,7 @@ fn measure_response(
 /// What was measured in one stage. Its captures are on the disk, and its pictures are encoded: they would fill the
 /// memory that reading the other stage needs.
 #[derive(Default)]
-struct StageProducts {
+pub(crate) struct StageProducts {
     reading: Option<StageReading>,
     lines: Vec<DenseLine>,
     surface: Surface,
@@ -177,11 +181,11 @@ struct StageProducts {
 }
 
 /// Reads one stage after the other.
-struct StageReader<'a> {
-    folder: &'a ScanFolder,
-    projected: Projected,
-    calibration: Option<&'a RigCalibration>,
-    settings: &'a PipelineSettings,
+pub(crate) struct StageReader<'a> {
+    pub(crate) folder: &'a ScanFolder,
+    pub(crate) projected: Projected,
+    pub(crate) calibration: Option<&'a RigCalibration>,
+    pub(crate) settings: &'a PipelineSettings,
 }
 
 impl StageReader<'_> {
@@ -195,17 +199,36 @@ impl StageReader<'_> {
         if captures.prmvs.is_empty() {
             return Ok(StageProducts::default());
         }
-        let products = self.products(stage, &mut captures)?;
+        let products = self.products(stage, &mut captures, None)?;
         clock.lap(reading);
         Ok(products)
+    }
+
+    /// Reads a finer grid, the reader's own, beside what is known of the places on the projector.
+    pub(crate) fn read_finer(
+        &self,
+        grid: &FinerGrid,
+        stage: Stage,
+        known: KnownPlaces,
+    ) -> Result<StageProducts, ProcessError> {
+        let mut captures = self.folder.finer_captures(grid, stage)?;
+        if captures.prmvs.is_empty() {
+            return Ok(StageProducts::default());
+        }
+        self.products(stage, &mut captures, Some(known))
     }
 
     fn products(
         &self,
         stage: Stage,
         captures: &mut Captures,
+        known: Option<KnownPlaces>,
     ) -> Result<StageProducts, ProcessError> {
-        let read = read_stage_sparingly(captures, &self.projected, self.calibration, self.settings);
+        let (projected, calibration, settings) = (&self.projected, self.calibration, self.settings);
+        let read = match known {
+            None => read_stage_sparingly(captures, projected, calibration, settings),
+            Some(known) => read_finer(captures, projected, calibration, settings, known),
+        };
         let mut reading = read.map_err(|source| ProcessError::Pipeline { stage, source })?;
         let pictures = std::mem::take(&mut reading.pictures);
         let lines = find_dense_lines(&reading.grid);
@@ -223,7 +246,7 @@ impl StageReader<'_> {
 }
 
 /// Shifts, and with a calibration the difference of the surfaces, of both stages.
-fn compare(
+pub(crate) fn compare(
     [before, after]: [StageProducts; 2],
     reader: &StageReader,
     depth_per_px: f64,

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use image::RgbImage;
 use shared::{pattern::GridSettings, stage::Stage};
 
 use super::{
@@ -54,8 +53,6 @@ pub struct FinerScan {
     pub pattern: GridSettings,
     /// Its products; it has no finer grids itself.
     pub result: ScanResult,
-    /// A picture of it with the object, for the report.
-    pub seen: Option<RgbImage>,
 }
 
 impl FinerScan {

@@ -248,7 +248,7 @@ impl ScanFolder {
     }
 }
 
-fn make_dir(dir: &Path) -> Result<(), ScanError> {
+pub(super) fn make_dir(dir: &Path) -> Result<(), ScanError> {
     fs::create_dir_all(dir).map_err(|source| ScanError::File {
         path: dir.to_owned(),
         source,

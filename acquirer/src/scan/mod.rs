@@ -1,6 +1,7 @@
 //! The scan folder: captures on disk, what was projected, and where the results go.
 
 mod error;
+mod finer;
 mod folder;
 mod fresh_folder;
 mod manifest;
@@ -10,6 +11,7 @@ mod shows;
 mod whole_file;
 
 pub use error::ScanError;
+pub use finer::FinerGrid;
 pub use folder::ScanFolder;
 pub use fresh_folder::fresh_folder;
 pub(crate) use manifest::write_json;

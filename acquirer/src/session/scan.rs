@@ -1,10 +1,13 @@
 //! Records one stage of a scan: black, white, the coded grid and the unary grid, each several times, and
-//! the solid colours that tell the camera's response once each.
+//! the solid colours that tell the camera's response once each; then finer grids, if they are asked for.
 
 use serde::{Deserialize, Serialize};
 use shared::{protocol::View, stage::Stage};
 
-use super::{Cancel, Progress, Report, Rig, SessionError, Shot};
+use super::{
+    Cancel, Progress, Report, Rig, SessionError, Shot,
+    finer::{finer_patterns, record_finer},
+};
 use crate::{
     pipeline::response::ramp_colours,
     scan::{ScanFolder, Shows},
@@ -20,6 +23,8 @@ pub struct RecordSettings {
     pub grids: usize,
     /// Whether eleven solid colours are recorded too: they tell the camera's response.
     pub ramp: bool,
+    /// Numbers of lines of finer grids (31, 63, 127, 255) that are recorded after the base grid and read with its help.
+    pub densify: Vec<usize>,
 }
 
 impl Default for RecordSettings {
@@ -28,12 +33,13 @@ impl Default for RecordSettings {
             references: 3,
             grids: 2,
             ramp: true,
+            densify: Vec::new(),
         }
     }
 }
 
 impl RecordSettings {
-    fn repeats(&self, shows: Shows) -> usize {
+    pub(super) fn repeats(&self, shows: Shows) -> usize {
         let repeats = match shows {
             Shows::Prmvs | Shows::Unary => self.grids,
             Shows::Black | Shows::White => self.references,
@@ -64,18 +70,24 @@ pub fn record_stage(
     cancel: &Cancel,
     report: Report,
 ) -> Result<(), SessionError> {
+    let finer = match rig.camera.follows_projector() {
+        true => finer_patterns(&folder.projected(), settings)?,
+        false => Vec::new(),
+    };
     folder.retake(stage)?;
     let ramp = ramp(rig, stage, settings);
-    let of = Shows::RECORDING.len() + ramp.len();
+    let base = Shows::RECORDING.len() + ramp.len();
+    let of = base + 2 * finer.len();
+    let mut tell = |done| {
+        let what = match done == of {
+            true => format!("recorded {stage}"),
+            false => format!("recording {stage}"),
+        };
+        report(Progress { what, done, of });
+    };
     let mut record = |kinds: &[Shows], before: usize| {
         let shots: Vec<Shot> = kinds.iter().map(|&shows| settings.shot(shows)).collect();
-        let frames = rig.shoot_all(&shots, stage, cancel, &mut |done| {
-            report(Progress {
-                what: format!("recording {stage}"),
-                done: before + done,
-                of,
-            });
-        })?;
+        let frames = rig.shoot_all(&shots, stage, cancel, &mut |done| tell(before + done))?;
         for (shot, frames) in shots.iter().zip(frames) {
             for frame in frames {
                 folder.add_capture(stage, shot.shows, &frame.picture)?;
@@ -91,13 +103,13 @@ pub fn record_stage(
         ),
         other => other?,
     }
+    let what = (stage, settings);
+    record_finer((rig, folder), &finer, what, cancel, &mut |done| {
+        tell(base + done);
+    })?;
     folder.note("frames_lost", &rig.camera.losses())?;
     folder.note("latency", &rig.latency)?;
-    report(Progress {
-        what: format!("recorded {stage}"),
-        done: of,
-        of,
-    });
+    tell(of);
     Ok(())
 }
 

@@ -8,15 +8,12 @@
 
 mod places;
 
-use image::RgbImage;
 use shared::{
     geometry::RigCalibration,
     pattern::{Axis, GridSettings, PatternError, RasterSize},
 };
 
-use super::{
-    Captures, PipelineError, PipelineSettings, Projected, Reader, StageReading, check_sizes,
-};
+use super::{Captures, PipelineError, PipelineSettings, Projected, StageReading, stage_reader};
 
 pub use places::{KnownPlace, KnownPlaces};
 
@@ -42,20 +39,21 @@ pub fn finer_pattern(
     finer.with_widths(row_px, column_px)
 }
 
-/// Reads a finer grid in the captures of one stage: black and white of the stage, coded and unary of the grid.
+/// Reads a finer grid in the captures of one stage: black and white of the stage, coded and unary of the grid. Of black
+/// and of white only the first capture stays.
 ///
 /// # Errors
 /// As [`super::read_stage`].
 pub fn read_finer(
-    captures: &Captures,
+    captures: &mut Captures,
     projected: &Projected,
     calibration: Option<&RigCalibration>,
     settings: &PipelineSettings,
     known: KnownPlaces,
 ) -> Result<StageReading, PipelineError> {
-    check_sizes(captures.named())?;
-    let references: (&[RgbImage], &[RgbImage]) = (&captures.black, &captures.white);
-    let mut reader = Reader::new(references, projected, calibration, settings)?;
+    let mut reader = stage_reader(captures, projected, calibration, settings)?;
+    captures.black.truncate(1);
+    captures.white.truncate(1);
     reader.expect_places(known);
     reader.read_grids(&captures.prmvs, &captures.unary)?;
     Ok(reader.into_reading())

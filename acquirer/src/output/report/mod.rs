@@ -23,6 +23,8 @@ mod reading;
 
 mod labels;
 
+mod finer;
+
 mod figures;
 
 mod response;
@@ -74,6 +76,7 @@ pub(super) fn write(path: &Path, content: &Content<'_>) -> Result<(), OutputErro
         colours,
         reading::section(content),
         labels::section(content),
+        finer::section(content),
         Some(figures::section(content.summary)),
         response::section(content.summary),
         settings::section(content.summary),

@@ -17,7 +17,7 @@ pub use reading::StageFigures;
 pub use shifts::{LineShiftFigures, ShiftFigures};
 pub use surface::{DifferenceFigures, SurfaceFigures};
 
-use super::response::ResponseFigures;
+use super::{finer::FinerFigures, response::ResponseFigures};
 use crate::{
     pipeline::{Method, dense::measured_scale, result::ScanResult},
     scan::ScanFolder,
@@ -53,6 +53,8 @@ pub struct Summary {
     pub surface: Option<SurfaceFigures>,
     /// How far the object stands out of the background, with a calibration.
     pub difference: Option<DifferenceFigures>,
+    /// What finer grids gave, coarse before fine; empty without any.
+    pub finer: Vec<FinerFigures>,
     /// The curve from camera bytes to light; the thesis's method needs none.
     pub response: Option<ResponseFigures>,
     /// What an operator should change: a grid that the camera can't resolve, pictures that do not add up.
@@ -86,6 +88,7 @@ impl Summary {
             line_shifts: LineShiftFigures::of(result),
             surface: SurfaceFigures::of(result),
             difference: DifferenceFigures::of(result),
+            finer: result.finer.iter().map(FinerFigures::of).collect(),
             response: ResponseFigures::of(result),
             warnings: warnings(folder, result),
             settings: result.settings.clone(),
@@ -112,7 +115,11 @@ fn warnings(folder: &ScanFolder, result: &ScanResult) -> Vec<String> {
         .filter_map(|stage| measured_scale(&result.stage(stage)?.grid, grid, raster))
         .next();
     let scale = measured.unwrap_or_else(|| CameraScale::filling(raster, manifest.camera));
-    let mut warnings = grid.camera_warnings(raster, scale);
+    let finer = result.finer.iter().map(|scan| &scan.pattern.coded);
+    let grids = std::iter::once(grid).chain(finer);
+    let mut warnings: Vec<String> = grids
+        .flat_map(|grid| grid.camera_warnings(raster, scale))
+        .collect();
     if let Some(Err(refused)) = &result.response {
         warnings.push(refused.to_string());
     }

@@ -45,7 +45,9 @@ fn coarse() -> StageReading {
 }
 
 fn fine(captures: &Captures, known: KnownPlaces) -> StageReading {
-    read_finer(captures, &SCANS[1].projected, None, &settings(), known).unwrap()
+    let mut captures = captures.clone();
+    let projected = &SCANS[1].projected;
+    read_finer(&mut captures, projected, None, &settings(), known).unwrap()
 }
 
 /// Labelled crossings, and vertices with a wrong label.
@@ -221,6 +223,6 @@ fn a_finer_capture_outside_of_the_folder_is_refused() {
         "pattern": SCANS[1].projected.pattern,
         "captures": [{"stage": "object", "shows": "prmvs", "file": "../elsewhere.png"}],
     }]);
-    folder.note("finer", finer).unwrap();
+    folder.note("finer", &finer).unwrap();
     assert!(matches!(folder.finer(), Err(ScanError::Outside { .. })));
 }

@@ -24,8 +24,8 @@ use crate::{
     process::process_scan,
     scan::{ScanFolder, fresh_folder, read_picture},
     session::{
-        Cancel, NewScan, Rig, Tap, apply_selection, grid_warnings, measure_latency, projected,
-        record_stage, try_colours,
+        Cancel, NewScan, Rig, Tap, apply_selection, measure_latency, projected, record_stage,
+        recording_warnings, try_colours,
     },
 };
 
@@ -187,7 +187,8 @@ impl Worker {
         rig: &Rig,
         selection: Option<&ColourSelection>,
     ) -> anyhow::Result<ScanFolder> {
-        for warning in grid_warnings(rig, &projected(rig)?) {
+        let record = &self.startup.config.record;
+        for warning in recording_warnings(rig, &projected(rig)?, record)? {
             tracing::warn!("{warning}");
         }
         let scan = NewScan {

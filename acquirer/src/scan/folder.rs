@@ -210,14 +210,15 @@ impl ScanFolder {
             .iter()
             .filter(|entry| entry.stage == stage)
         {
-            let picture = self.picture(entry)?;
-            match entry.shows {
-                Shows::Black => captures.black.push(picture),
-                Shows::White => captures.white.push(picture),
-                Shows::Prmvs => captures.prmvs.push(picture),
-                Shows::Unary => captures.unary.push(picture),
-                Shows::Solid(colour) => captures.solid.push((colour, picture)),
-            }
+            let kind = match entry.shows {
+                Shows::Black => &mut captures.black,
+                Shows::White => &mut captures.white,
+                Shows::Prmvs => &mut captures.prmvs,
+                Shows::Unary => &mut captures.unary,
+                // read by themselves, see `measure_scan_response`
+                Shows::Solid(_) => continue,
+            };
+            kind.push(self.picture(entry)?);
         }
         Ok(captures)
     }
@@ -247,7 +248,7 @@ impl ScanFolder {
     }
 }
 
-fn make_dir(dir: &Path) -> Result<(), ScanError> {
+pub(super) fn make_dir(dir: &Path) -> Result<(), ScanError> {
     fs::create_dir_all(dir).map_err(|source| ScanError::File {
         path: dir.to_owned(),
         source,

@@ -107,7 +107,8 @@ pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Scan
     write_whole(path, &json)
 }
 
-fn is_inside(file: &str) -> bool {
+/// Whether a path stays in the folder that it is relative to.
+pub(super) fn is_inside(file: &str) -> bool {
     let path = Path::new(file);
     !file.is_empty()
         && path

@@ -1,18 +1,22 @@
 //! The scan folder: captures on disk, what was projected, and where the results go.
 
 mod error;
+mod finer;
 mod folder;
 mod fresh_folder;
 mod manifest;
 mod picture;
+mod response;
 mod shows;
 mod whole_file;
 
 pub use error::ScanError;
+pub use finer::FinerGrid;
 pub use folder::ScanFolder;
 pub use fresh_folder::fresh_folder;
 pub(crate) use manifest::write_json;
 pub use manifest::{CaptureEntry, FORMAT, ScanManifest};
 pub use picture::{read_picture, write_picture};
+pub use response::measure_scan_response;
 pub use shows::Shows;
 pub use whole_file::{WholeFile, write_whole};

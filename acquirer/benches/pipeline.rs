@@ -8,7 +8,7 @@ use acquirer::pipeline::{
     colours::{ColourBuffers, ColouredLines, Colours, find_colours, nominal_response},
     crossings::{CrossingBuffers, Crossings, find_crossings},
     gain::{GainBuffers, GainFilter, GainImage, find_gain},
-    grid::{Decoding, Observed},
+    grid::{DecodeBuffers, DecodedGrid, Decoding, Observed},
     line_light::LineLight,
     lines::{LineBuffers, Lines, find_lines, find_scale},
     reference::find_references,
@@ -135,10 +135,12 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         colours: &found,
     };
     let decoding = Decoding::new(coded);
+    let rig = (&scan.projected, Some(&scan.calibration));
+    let (mut buffers, mut grid) = (DecodeBuffers::default(), DecodedGrid::default());
     group.bench_function("grid", |bencher| {
-        let rig = Some(&scan.calibration);
         bencher.iter(|| {
-            pool.install(|| decoding.find_grid(observed, &scan.projected, rig, &settings.grid))
+            let found = (&mut buffers, &mut grid);
+            pool.install(|| decoding.find_grid(observed, rig, &settings.grid, found));
         });
     });
 }

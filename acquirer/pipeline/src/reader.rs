@@ -16,7 +16,7 @@ use super::{
     crossings::{CrossingBuffers, Crossings, find_crossings},
     densify::KnownPlaces,
     gain::{GainBuffers, GainFilter, GainImage, find_gain, merge_gains},
-    grid::{DecodedGrid, Decoding, Observed},
+    grid::{DecodeBuffers, DecodedGrid, Decoding, Observed},
     line_light::LineLight,
     lines::{LineBuffers, LineScale, Lines, find_lines, find_scale},
     pictures::{self, Seen},
@@ -57,6 +57,7 @@ struct Buffers {
     found_crossings: Crossings,
     colours: ColourBuffers,
     found_colours: Colours,
+    grid: DecodeBuffers,
 }
 
 /// The light of one grid, and the filter for its lines.
@@ -220,10 +221,10 @@ impl Reader {
             crossings,
             colours: &buffers.found_colours,
         };
-        let calibration = self.calibration.as_ref();
-        self.grid = self
-            .decoding
-            .find_grid(observed, &self.projected, calibration, &settings.grid);
+        let rig = (&self.projected, self.calibration.as_ref());
+        let found = (&mut buffers.grid, &mut self.grid);
+        self.decoding
+            .find_grid(observed, rig, &settings.grid, found);
         if settings.pictures {
             let seen = Seen {
                 references: for_coded,

@@ -16,6 +16,8 @@ mod fit;
 
 mod measured;
 
+use std::ops::Range;
+
 use image::RgbImage;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -234,21 +236,40 @@ impl Response {
         }
     }
 
-    /// Adds the linear light of every `step`-th pixel from the `first` on, row by row, over all repeats; clipped
-    /// bytes count as full light.
-    pub(super) fn add_every(
+    /// Adds the linear light of one row's pixels, over all repeats; clipped bytes count as full light.
+    pub(super) fn add_row_of(
         &self,
         repeats: &[RgbImage],
-        (first, step): (usize, usize),
+        y: usize,
         [red, green, blue]: &mut [Vec<f32>; 3],
     ) {
         for picture in repeats {
-            let pixels = picture.as_raw()[3 * first..].chunks(3 * step);
+            let row_bytes = 3 * picture.width() as usize;
+            let pixels = picture.as_raw()[y * row_bytes..].chunks_exact(3);
             let sums = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
             for (pixel, ((r, g), b)) in pixels.zip(sums) {
                 *r += self.full[usize::from(pixel[0])];
                 *g += self.full[usize::from(pixel[1])];
                 *b += self.full[usize::from(pixel[2])];
+            }
+        }
+    }
+
+    /// Adds the linear light of some neighbouring pixels of one row, over all repeats; clipped bytes count as full
+    /// light.
+    pub(super) fn add_piece(
+        &self,
+        repeats: &[RgbImage],
+        (y, columns): (usize, Range<usize>),
+        sums: &mut [f32; 3],
+    ) {
+        for picture in repeats {
+            let first = y * picture.width() as usize;
+            let bytes = &picture.as_raw()[3 * (first + columns.start)..3 * (first + columns.end)];
+            for pixel in bytes.chunks_exact(3) {
+                for (sum, &byte) in sums.iter_mut().zip(pixel) {
+                    *sum += self.full[usize::from(byte)];
+                }
             }
         }
     }

@@ -100,10 +100,15 @@ impl DarkCells {
         (stale.columns, stale.side) = (self.columns, self.side);
         stale.tiles.clear();
         for tile in self.expected.chunks_exact(LOOKS * LOOKS) {
-            let looks = tile.iter().map(|expected| {
-                expected.compare(response.light_at(grid, expected.at as usize), noise)
-            });
+            let light = |expected: &Expected| response.light_at(grid, expected.at as usize);
+            let differ = tile.iter().filter(|e| e.differs(light(e), noise)).count();
+            // not even if all of them are among the darkest
+            if 2 * differ <= QUARTER {
+                stale.tiles.push(false);
+                continue;
+            }
             self.looks.clear();
+            let looks = tile.iter().map(|e| e.compare(light(e), noise));
             self.looks.extend(looks);
             stale.tiles.push(is_stale(&mut self.looks));
         }
@@ -124,40 +129,40 @@ impl Expected {
         }
     }
 
-    /// Compares light whose noise is so many times that of one frame.
-    fn compare(&self, light: [f32; 3], noise: f32) -> Look {
-        let (mut total, mut differs) = (0.0, false);
-        for (c, light) in light.into_iter().enumerate() {
-            let (sigma, white) = (noise * self.sigma[c], self.white[c]);
-            let above = light - self.black[c];
+    /// Whether light, whose noise is so many times that of one frame, can't be a dark cell's.
+    fn differs(&self, light: [f32; 3], noise: f32) -> bool {
+        (0..3).any(|c| {
+            let (spread, white) = (SIGMAS * noise * self.sigma[c], self.white[c]);
+            let above = light[c] - self.black[c];
             let ringing = if white < f32::MAX {
                 RINGING * white
             } else {
                 0.0
             };
-            let far =
-                above < -ringing - SIGMAS * sigma || above > SCATTERED * white + SIGMAS * sigma;
-            if light < CLIPPED_LIGHT {
-                total += above / sigma;
-                differs |= far;
-            }
-        }
+            let far = above < -ringing - spread || above > SCATTERED * white + spread;
+            far && light[c] < CLIPPED_LIGHT
+        })
+    }
+
+    /// Compares light whose noise is so many times that of one frame.
+    fn compare(&self, light: [f32; 3], noise: f32) -> Look {
+        let known = (0..3).filter(|&c| light[c] < CLIPPED_LIGHT);
+        let above = known.map(|c| (light[c] - self.black[c]) / (noise * self.sigma[c]));
         Look {
-            above: total,
-            differs,
+            above: above.sum(),
+            differs: self.differs(light, noise),
         }
     }
 }
 
+/// A quarter of the looks at one tile.
+const QUARTER: usize = LOOKS * LOOKS / 4;
+
 /// Whether most of the darkest quarter differs.
 fn is_stale(looks: &mut [Look]) -> bool {
-    let quarter = looks.len() / 4;
-    if 2 * looks.iter().filter(|look| look.differs).count() <= quarter {
-        return false; // not even if all of them are among the darkest
-    }
-    looks.select_nth_unstable_by(quarter, |a, b| a.above.total_cmp(&b.above));
-    let differ = looks[..quarter].iter().filter(|look| look.differs).count();
-    2 * differ > quarter
+    looks.select_nth_unstable_by(QUARTER, |a, b| a.above.total_cmp(&b.above));
+    let differ = looks[..QUARTER].iter().filter(|look| look.differs).count();
+    2 * differ > QUARTER
 }
 
 /// Tiles of a picture, row by row.

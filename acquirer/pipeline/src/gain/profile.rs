@@ -52,25 +52,33 @@ pub(crate) fn find_profile(
         values.resize(length, 0.0);
     }
     let share = 1.0 / band.thick as f32;
-    for along in band.at..band.at + band.thick {
-        let (first, step) = match band.family {
-            Axis::Column => (along * light.width(), 1),
-            Axis::Row => (along, light.width()),
-        };
-        light.response.add_every(light.frames, (first, step), sums);
-        for c in 0..3 {
-            add_every(
-                light.black.channels[c].values(),
-                (first, step),
-                share,
-                &mut blacks[c],
-            );
-            add_every(
-                light.white[c].values(),
-                (first, step),
-                share,
-                &mut whites[c],
-            );
+    match band.family {
+        Axis::Column => {
+            for y in band.at..band.at + band.thick {
+                light.response.add_row_of(light.frames, y, sums);
+                for c in 0..3 {
+                    add(light.black.channels[c].row(y), share, &mut blacks[c]);
+                    add(light.white[c].row(y), share, &mut whites[c]);
+                }
+            }
+        }
+        Axis::Row => {
+            let columns = band.at..band.at + band.thick;
+            for y in 0..length {
+                let mut sum = [0.0; 3];
+                light
+                    .response
+                    .add_piece(light.frames, (y, columns.clone()), &mut sum);
+                for c in 0..3 {
+                    let mean = |row: &[f32]| {
+                        let pixels = row[columns.clone()].iter();
+                        pixels.fold(0.0, |sum, value| sum + share * value)
+                    };
+                    sums[c][y] = sum[c];
+                    blacks[c][y] = mean(light.black.channels[c].row(y));
+                    whites[c][y] = mean(light.white[c].row(y));
+                }
+            }
         }
     }
     Arch::new().dispatch(RowFilter {
@@ -86,10 +94,8 @@ pub(crate) fn find_profile(
     });
 }
 
-/// Adds a share of every so many values.
-fn add_every(values: &[f32], (first, step): (usize, usize), share: f32, sums: &mut [f32]) {
-    let values = values[first..].iter().step_by(step);
-    sums.iter_mut()
-        .zip(values)
-        .for_each(|(sum, value)| *sum += share * value);
+/// Adds a share of each value.
+fn add(values: &[f32], share: f32, sums: &mut [f32]) {
+    let sums = sums.iter_mut().zip(values);
+    sums.for_each(|(sum, value)| *sum += share * value);
 }

@@ -5,6 +5,7 @@
 //! points 1997; Sampson's distance). A wrong label that happens to slide along its epipolar line passes quietly. A
 //! flat scene tells one matrix of many: what stands before it then seems to contradict, and is left out.
 
+use bumpalo::{Bump, collections::Vec};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use shared::geometry::{CameraPixel, ProjectorPixel, RigCalibration};
 
@@ -30,8 +31,8 @@ impl<'a> Geometry<'a> {
     }
 
     /// That which the matches tell, to within `limit_px` camera px.
-    pub(super) fn of_labels(matches: &[Match], limit_px: f64) -> Self {
-        Epipolar::of(matches, limit_px).map_or(Self::Unknown, Self::Labels)
+    pub(super) fn of_labels(matches: &[Match], limit_px: f64, bump: &Bump) -> Self {
+        Epipolar::of(matches, limit_px, bump).map_or(Self::Unknown, Self::Labels)
     }
 
     /// Distance (Sampson) of a match from its epipolar line as a share of the largest that is allowed; `None` where
@@ -71,23 +72,25 @@ pub(super) struct Epipolar {
 
 impl Epipolar {
     /// The geometry that most matches agree with, to within `limit_px`; `None` with too few of them.
-    fn of(matches: &[Match], limit_px: f64) -> Option<Self> {
+    fn of(matches: &[Match], limit_px: f64, bump: &Bump) -> Option<Self> {
         const FEWEST: usize = 20;
         if matches.len() < FEWEST {
             return None;
         }
-        let points = Normalised::new(matches);
-        let fundamental = points.consensus(limit_px * points.camera_scaling.scale)?;
+        let points = Normalised::new(matches, bump);
+        let fundamental = points.consensus(limit_px * points.camera_scaling.scale, bump)?;
         let mut found = Self {
             fundamental,
             camera: points.camera_scaling,
             projector: points.projector_scaling,
             limit_px,
         };
-        let mut distances: Vec<f64> = matches.iter().map(|&m| found.distance(m)).collect();
-        distances.sort_by(f64::total_cmp);
+        let distances = matches.iter().map(|&m| found.distance(m));
+        let mut distances = Vec::from_iter_in(distances, bump);
+        let middle = distances.len() / 2;
+        let (_, median, _) = distances.select_nth_unstable_by(middle, f64::total_cmp);
         // lens distortion is not in the model: what most labels share is not held against any of them
-        found.limit_px *= (5.0 * distances[distances.len() / 2]).max(1.0);
+        found.limit_px *= (5.0 * *median).max(1.0);
         Some(found)
     }
 
@@ -116,22 +119,22 @@ fn rounds_for(right_share: f64) -> usize {
 }
 
 /// Matches shifted and scaled to about 1, for the eight-point algorithm.
-struct Normalised {
-    camera: Vec<Vector3<f64>>,
-    projector: Vec<Vector3<f64>>,
+struct Normalised<'a> {
+    camera: Vec<'a, Vector3<f64>>,
+    projector: Vec<'a, Vector3<f64>>,
     camera_scaling: Scaling,
     projector_scaling: Scaling,
 }
 
-impl Normalised {
-    fn new(matches: &[Match]) -> Self {
+impl<'a> Normalised<'a> {
+    fn new(matches: &[Match], bump: &'a Bump) -> Self {
         let camera = matches.iter().map(|m| (m.0.x, m.0.y));
         let projector = matches.iter().map(|m| (m.1.x, m.1.y));
         let camera_scaling = Scaling::of(camera.clone());
         let projector_scaling = Scaling::of(projector.clone());
         Self {
-            camera: camera.map(|p| camera_scaling.point(p)).collect(),
-            projector: projector.map(|p| projector_scaling.point(p)).collect(),
+            camera: Vec::from_iter_in(camera.map(|p| camera_scaling.point(p)), bump),
+            projector: Vec::from_iter_in(projector.map(|p| projector_scaling.point(p)), bump),
             camera_scaling,
             projector_scaling,
         }
@@ -140,20 +143,20 @@ impl Normalised {
     /// The matrix that most matches agree with, each fit drawn once more from all that agree with it (O. Chum,
     /// J. Matas and J. Kittler, "Locally optimized RANSAC", 2003): on nearly flat scenes eight matches seldom
     /// tell the whole geometry. Ends early when a better one is unlikely.
-    fn consensus(&self, limit: f64) -> Option<Matrix3<f64>> {
+    fn consensus(&self, limit: f64, bump: &Bump) -> Option<Matrix3<f64>> {
         let count = self.camera.len();
         let mut random = 0x2545_f491_4f6c_dd1d_u64;
         let mut best: Option<(usize, Matrix3<f64>)> = None;
         let (mut round, mut rounds) = (0, MOST_ROUNDS);
+        let mut agree = Vec::with_capacity_in(count, bump);
+        let mut now = Vec::with_capacity_in(count, bump);
         while round < rounds {
             round += 1;
-            let sample: Vec<usize> = (0..SAMPLE)
-                .map(|_| next_random(&mut random) % count)
-                .collect();
+            let sample: [usize; SAMPLE] = std::array::from_fn(|_| next_random(&mut random) % count);
             let Some(mut f) = self.fundamental(sample.into_iter()) else {
                 continue;
             };
-            let mut agree = self.agreeing(&f, limit);
+            self.find_agreeing(&f, limit, &mut agree);
             if best
                 .as_ref()
                 .is_some_and(|(most, _)| agree.len() * 10 < most * 9)
@@ -162,9 +165,10 @@ impl Normalised {
             }
             for _ in 0..2 {
                 if let Some(again) = self.fundamental(agree.iter().copied()) {
-                    let now = self.agreeing(&again, limit);
+                    self.find_agreeing(&again, limit, &mut now);
                     if now.len() >= agree.len() {
-                        (f, agree) = (again, now);
+                        f = again;
+                        std::mem::swap(&mut agree, &mut now);
                     }
                 }
             }
@@ -176,9 +180,10 @@ impl Normalised {
         best.map(|(_, f)| f)
     }
 
-    fn agreeing(&self, f: &Matrix3<f64>, limit: f64) -> Vec<usize> {
+    fn find_agreeing(&self, f: &Matrix3<f64>, limit: f64, agreeing: &mut Vec<'_, usize>) {
+        agreeing.clear();
         let all = 0..self.camera.len();
-        all.filter(|&k| self.sampson(f, k) < limit).collect()
+        agreeing.extend(all.filter(|&k| self.sampson(f, k) < limit));
     }
 
     /// The sum that a fundamental matrix makes least.

@@ -1,6 +1,7 @@
 //! The pattern's symbols as the picture shows them: which family of lines carries which code, in which
 //! direction.
 
+use bumpalo::{Bump, collections::Vec as BumpVec};
 use shared::pattern::{Axis, Grid, MAX_COLOURS};
 
 /// How the pattern stands in the picture.
@@ -70,13 +71,21 @@ pub(super) struct Code {
 }
 
 /// Evidence of one patch for each of its lines: summed nats per colour, and how many crossings gave it.
-#[derive(Debug, Clone, Default)]
-pub(super) struct LineEvidence {
-    nats: Vec<[f32; MAX_COLOURS]>,
-    count: Vec<u32>,
+#[derive(Debug, Clone)]
+pub(super) struct LineEvidence<'a> {
+    nats: BumpVec<'a, [f32; MAX_COLOURS]>,
+    count: BumpVec<'a, u32>,
 }
 
-impl LineEvidence {
+impl<'a> LineEvidence<'a> {
+    /// None yet.
+    pub(super) fn new(bump: &'a Bump) -> Self {
+        Self {
+            nats: BumpVec::new_in(bump),
+            count: BumpVec::new_in(bump),
+        }
+    }
+
     /// Forgets everything, but keeps the memory.
     pub(super) fn clear(&mut self) {
         self.nats.clear();
@@ -108,6 +117,11 @@ pub(super) struct Fit {
     pub(super) nats: f32,
 }
 
+/// The likeliest first.
+pub(super) fn sort_fits(fits: &mut [Fit]) {
+    fits.sort_unstable_by(|a, b| b.nats.total_cmp(&a.nats).then(a.offset.cmp(&b.offset)));
+}
+
 impl Code {
     fn new(symbols: Vec<u8>) -> Self {
         let distinct = |m: usize| {
@@ -123,20 +137,28 @@ impl Code {
 
     /// Every place of the lines in the code, likeliest first. Lines beyond the code's ends cost
     /// `outside_nats` for each crossing on them.
-    pub(super) fn places(&self, lines: &LineEvidence, outside_nats: f32) -> Vec<Fit> {
+    pub(super) fn places<'a>(
+        &self,
+        lines: &LineEvidence<'_>,
+        outside_nats: f32,
+        bump: &'a Bump,
+    ) -> BumpVec<'a, Fit> {
         let (count, total) = (lines.count.len() as i32, self.symbols.len() as i32);
-        let mut fits: Vec<Fit> = (1 - count..total)
-            .map(|offset| Fit {
-                offset,
-                nats: self.fit(lines, offset, outside_nats),
-            })
-            .collect();
-        fits.sort_by(|a, b| b.nats.total_cmp(&a.nats).then(a.offset.cmp(&b.offset)));
+        let places = (1 - count..total).map(|offset| Fit {
+            offset,
+            nats: self.fit(lines, offset, outside_nats),
+        });
+        let mut fits = BumpVec::from_iter_in(places, bump);
+        sort_fits(&mut fits);
         fits
     }
 
     /// The likeliest place, and its lead over the second in nats; `None` for a code without symbols.
-    pub(super) fn best_place(&self, lines: &LineEvidence, outside_nats: f32) -> Option<(i32, f32)> {
+    pub(super) fn best_place(
+        &self,
+        lines: &LineEvidence<'_>,
+        outside_nats: f32,
+    ) -> Option<(i32, f32)> {
         let (count, total) = (lines.count.len() as i32, self.symbols.len() as i32);
         let mut best: Option<(i32, f32)> = None;
         let mut second = f32::MIN;
@@ -153,7 +175,7 @@ impl Code {
         best.map(|(offset, nats)| (offset, nats - second))
     }
 
-    fn fit(&self, lines: &LineEvidence, offset: i32, outside_nats: f32) -> f32 {
+    fn fit(&self, lines: &LineEvidence<'_>, offset: i32, outside_nats: f32) -> f32 {
         let mut sum = 0.0;
         for (line, (nats, &count)) in lines.nats.iter().zip(&lines.count).enumerate() {
             sum += match self.symbol(line as i32 + offset) {
@@ -193,7 +215,8 @@ mod tests {
     #[test]
     fn a_piece_of_the_code_is_found_where_it_stands_also_with_one_wrong_colour() {
         let code = Orientation::ALL[0].code(&grid(63, 4), Axis::Column);
-        let mut lines = LineEvidence::default();
+        let bump = Bump::new();
+        let mut lines = LineEvidence::new(&bump);
         for line in 0..9 {
             let seen = if line == 4 {
                 3 - code.symbols[24]
@@ -204,7 +227,7 @@ mod tests {
             nats[usize::from(seen)] = 0.0;
             lines.add(line, &nats);
         }
-        let places = code.places(&lines, 10.0);
+        let places = code.places(&lines, 10.0, &bump);
         assert_eq!(places[0].offset, 20);
         assert!(places[0].nats - places[1].nats > 9.2);
     }

@@ -3,28 +3,27 @@
 //! Takes the outcome of the decoding, changes it: two crossings of one label, the edge of a surface through a crossing,
 //! colours that speak against the line they are seen on, light that was too weak or too strong.
 
-use std::collections::BTreeMap;
-
-use shared::pattern::{Axis, GridIndex};
+use bumpalo::{collections::Vec, vec};
+use shared::pattern::Axis;
 
 use super::{
     DropReason,
     code::Orientation,
-    find::{Labels, Outcome, Reading},
-    labels::Label,
+    find::{Outcome, Reading},
+    labels::{Label, Labels},
     vertices::Placement,
 };
 
-impl Reading<'_> {
+impl<'a> Reading<'a> {
     /// Crossings whose line becomes another one before its next crossing, with a colour that does not tell the two
     /// apart: the edge of a surface may pass through such a crossing, and part of its vertices stand elsewhere.
     pub(super) fn before_an_edge(
         &self,
         placement: &Placement<'_>,
         outcome: &[Outcome],
-    ) -> Vec<bool> {
+    ) -> Vec<'a, bool> {
         let crossings = self.observed.crossings;
-        let mut before_edge = vec![false; outcome.len()];
+        let mut before_edge = vec![in self.bump; false; outcome.len()];
         for (family, gap_px) in Axis::BOTH.into_iter().zip(self.gaps_px) {
             let axis = placement.orientation.pattern_axis(family);
             let symbols = self.projected.pattern.coded.symbols(axis);
@@ -55,15 +54,15 @@ impl Reading<'_> {
     pub(super) fn find_contradictions(
         &self,
         orientation: Orientation,
-        labels: &Labels,
+        labels: &Labels<'_>,
         outcome: &mut [Outcome],
     ) {
-        let mut against = Vec::new();
+        let mut against = Vec::new_in(self.bump);
         for (family, code) in Axis::BOTH
             .into_iter()
             .zip(self.decoding.codes_of(orientation))
         {
-            let number = |node: &usize| match labels.get(node) {
+            let number = |node: &usize| match &labels[*node] {
                 Some(Label::Known { flat, steep, .. }) if outcome[*node].is_ok() => {
                     Some(if family == Axis::Row { *flat } else { *steep })
                 }
@@ -114,23 +113,23 @@ impl Reading<'_> {
     /// Of crossings with one label a whole one stays, then the most confident.
     pub(super) fn keep_one_of_each(&self, outcome: &mut [Outcome]) {
         let all = &self.observed.crossings.all;
-        let mut best: BTreeMap<GridIndex, (usize, (bool, f64))> = BTreeMap::new();
-        for k in 0..outcome.len() {
-            let Ok(crossing) = &outcome[k] else { continue };
-            let (index, rank) = (crossing.index, (all[k].is_whole(), crossing.confidence));
-            let loser = match best.get(&index) {
-                Some(&(_, other)) if other >= rank => Some(k),
-                Some(&(other, _)) => {
-                    best.insert(index, (k, rank));
-                    Some(other)
-                }
-                None => {
-                    best.insert(index, (k, rank));
-                    None
-                }
+        let placed = outcome.iter().enumerate();
+        let placed = placed.filter_map(|(k, outcome)| Some((outcome.as_ref().ok()?.index, k)));
+        let mut placed = Vec::from_iter_in(placed, self.bump);
+        placed.sort_unstable();
+        for same in placed.chunk_by(|a, b| a.0 == b.0) {
+            let rank = |k: usize| {
+                let confidence = outcome[k].as_ref().map_or(0.0, |c| c.confidence);
+                (all[k].is_whole(), confidence)
             };
-            if let Some(loser) = loser {
-                outcome[loser] = Err(DropReason::OffEpipolarLine);
+            let best = same.iter().fold(
+                same[0].1,
+                |best, &(_, k)| {
+                    if rank(k) > rank(best) { k } else { best }
+                },
+            );
+            for &(_, k) in same.iter().filter(|(_, k)| *k != best) {
+                outcome[k] = Err(DropReason::OffEpipolarLine);
             }
         }
     }

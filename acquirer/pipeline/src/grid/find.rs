@@ -1,7 +1,6 @@
 //! The stage that decodes: from crossings and colours to the decoded grid.
 
-use std::collections::BTreeMap;
-
+use bumpalo::{Bump, collections::Vec};
 use serde::{Deserialize, Serialize};
 use shared::{
     geometry::{ProjectorPixel, RigCalibration},
@@ -13,10 +12,10 @@ use super::{
     checks::{Geometry, Match},
     code::{Code, Orientation},
     expected::ExpectedLines,
-    labels::{Decoder, EpipolarDistance, Label},
+    labels::{Decoder, EpipolarDistance, Label, Labels},
     links::{Link, Patch, find_patches, neighbouring_links, regular_links},
     rest::{Numbers, label_rest},
-    stretches::find_stretches,
+    stretches::{Stretches, find_stretches},
     vertices::{Neighbours, Placement, find_vertices},
 };
 use crate::{
@@ -25,6 +24,7 @@ use crate::{
     crossings::{Crossing, Crossings},
     densify::KnownPlaces,
     lines::Lines,
+    spare::Spare,
 };
 
 /// How crossings are linked and decoded.
@@ -111,16 +111,17 @@ impl Decoding {
     }
 
     /// Decodes a picture of the grid.
-    #[must_use]
     pub fn find_grid(
         &self,
         observed: Observed<'_>,
-        projected: &Projected,
-        calibration: Option<&RigCalibration>,
+        (projected, calibration): (&Projected, Option<&RigCalibration>),
         settings: &DecodeSettings,
-    ) -> DecodedGrid {
-        let links = regular_links(observed.crossings, settings);
-        let (closed, patches) = find_patches(&links, observed.crossings.all.len());
+        (buffers, grid): (&mut DecodeBuffers, &mut DecodedGrid),
+    ) {
+        buffers.bump.reset();
+        let bump = &buffers.bump;
+        let links = regular_links(observed.crossings, settings, bump);
+        let (closed, patches) = find_patches(&links, observed.crossings.all.len(), bump);
         let reading = Reading {
             decoding: self,
             observed,
@@ -130,10 +131,20 @@ impl Decoding {
             links: &links,
             closed: &closed,
             gaps_px: observed.crossings.gaps_px,
+            bump,
         };
         let (orientation, labels) = reading.best_orientation(&patches);
-        reading.finish(orientation, labels)
+        reading.finish(orientation, labels, (&mut buffers.spare, grid));
     }
+}
+
+/// What decoding keeps between frames.
+#[derive(Debug, Default)]
+pub struct DecodeBuffers {
+    /// Everything that is needed for one frame only.
+    bump: Bump,
+    /// Of [`DecodedGrid::tracks`].
+    spare: Spare<LineTrack>,
 }
 
 pub(super) struct Reading<'a> {
@@ -148,38 +159,22 @@ pub(super) struct Reading<'a> {
     pub(super) closed: &'a [Link],
     /// Typical gap between crossings along flat and along steep lines, camera px.
     pub(super) gaps_px: [f64; 2],
+    pub(super) bump: &'a Bump,
 }
-
-pub(super) type Labels = BTreeMap<usize, Label>;
 
 /// What has become of a crossing.
 pub(super) type Outcome = Result<DecodedCrossing, DropReason>;
 
-impl Reading<'_> {
+impl<'a> Reading<'a> {
     /// Tries how the pattern may stand in the picture, until one explains most crossings.
-    fn best_orientation(&self, patches: &[Patch]) -> (Orientation, Labels) {
+    fn best_orientation(&self, patches: &[Patch<'_>]) -> (Orientation, Labels<'a>) {
         let linked: usize = patches.iter().map(|patch| patch.nodes.len()).sum();
-        let mut best: Option<(usize, Orientation, Labels)> = None;
-        for (orientation, codes) in Orientation::ALL.into_iter().zip(&self.decoding.codes) {
-            let geometry = self
-                .calibration
-                .map(|rig| Geometry::of_rig(rig, self.settings));
-            let placement = self.placement(orientation);
-            let epipolar = geometry.as_ref().map(|g| self.distance(&placement, g));
-            let expected = self.expected_lines(&placement);
-            let decoder = Decoder {
-                codes: codes.each_ref(),
-                colours: self.observed.colours,
-                links: self.closed,
-                settings: self.settings,
-                epipolar: epipolar.as_deref(),
-                expected: expected.as_ref(),
-            };
-            let labels = decoder.label(patches);
-            let known = labels
-                .values()
-                .filter(|label| matches!(label, Label::Known { .. }))
-                .count();
+        let mut best: Option<(usize, Orientation, Labels<'a>)> = None;
+        for orientation in Orientation::ALL {
+            let labels = self.label_patches(orientation, patches);
+            let known = labels.iter().flatten();
+            let known = known.filter(|label| matches!(label, Label::Known { .. }));
+            let known = known.count();
             if best.as_ref().is_none_or(|(most, _, _)| known > *most) {
                 best = Some((known, orientation, labels));
             }
@@ -188,9 +183,33 @@ impl Reading<'_> {
             }
         }
         best.map_or(
-            (Orientation::ALL[0], Labels::new()),
+            (Orientation::ALL[0], Labels::new_in(self.bump)),
             |(_, orientation, labels)| (orientation, labels),
         )
+    }
+
+    fn label_patches(&self, orientation: Orientation, patches: &[Patch<'_>]) -> Labels<'a> {
+        let geometry = self
+            .calibration
+            .map(|rig| Geometry::of_rig(rig, self.settings));
+        let placement = self.placement(orientation);
+        let distance = geometry.as_ref().map(|g| self.distance(&placement, g));
+        let epipolar: Option<&EpipolarDistance<'_>> = match &distance {
+            Some(distance) => Some(distance),
+            None => None,
+        };
+        let expected = self.expected_lines(&placement);
+        let decoder = Decoder {
+            codes: self.decoding.codes_of(orientation),
+            colours: self.observed.colours,
+            links: self.closed,
+            settings: self.settings,
+            epipolar,
+            expected: expected.as_ref(),
+            bump: self.bump,
+        };
+        let labels = decoder.label(patches);
+        Labels::from_iter_in(labels, self.bump)
     }
 
     fn placement(&self, orientation: Orientation) -> Placement<'_> {
@@ -213,18 +232,23 @@ impl Reading<'_> {
     }
 
     /// How far a crossing lies from the epipolar line of a flat and a steep line's numbers.
-    fn distance<'a>(
-        &'a self,
-        placement: &'a Placement<'_>,
-        geometry: &'a Geometry<'_>,
-    ) -> Box<EpipolarDistance<'a>> {
-        Box::new(move |node, flat, steep| {
+    fn distance<'g>(
+        &'g self,
+        placement: &'g Placement<'_>,
+        geometry: &'g Geometry<'_>,
+    ) -> impl Fn(usize, u16, u16) -> Option<f64> + 'g {
+        move |node, flat, steep| {
             let from = self.projector_centre(index(placement, flat, steep)?);
             geometry.distance((self.observed.crossings.all[node].centre, from))
-        })
+        }
     }
 
-    fn finish(&self, orientation: Orientation, mut labels: Labels) -> DecodedGrid {
+    fn finish(
+        &self,
+        orientation: Orientation,
+        mut labels: Labels<'a>,
+        (spare, grid): (&mut Spare<LineTrack>, &mut DecodedGrid),
+    ) {
         let crossings = self.observed.crossings;
         let placement = self.placement(orientation);
         let mut outcome = self.place(&placement, &labels);
@@ -239,10 +263,12 @@ impl Reading<'_> {
         }
         self.keep_one_of_each(&mut outcome);
         self.find_contradictions(orientation, &labels, &mut outcome);
-        let mut grid = DecodedGrid {
-            tracks: self.tracks(&placement, &outcome),
-            ..DecodedGrid::default()
-        };
+        let mut stretches = Stretches::new(&mut grid.tracks, spare);
+        self.find_tracks(&placement, &outcome, &mut stretches);
+        stretches.end();
+        grid.crossings.clear();
+        grid.partial.clear();
+        grid.dropped.clear();
         let neighbours = self.neighbours(&labels);
         let before_edge = self.before_an_edge(&placement, &outcome);
         for (node, (crossing, outcome)) in crossings.all.iter().zip(&mut outcome).enumerate() {
@@ -264,16 +290,17 @@ impl Reading<'_> {
                 }),
             }
         }
-        grid.crossings.sort_by_key(|crossing| crossing.index);
-        grid
+        // no index comes twice
+        grid.crossings
+            .sort_unstable_by_key(|crossing| crossing.index);
     }
 
     /// Every crossing with its label's place in the pattern and its vertices.
-    fn place(&self, placement: &Placement<'_>, labels: &Labels) -> Vec<Outcome> {
+    fn place(&self, placement: &Placement<'_>, labels: &Labels<'_>) -> Vec<'a, Outcome> {
         let crossings = self.observed.crossings;
         let neighbours = self.neighbours(labels);
-        let place = |(node, crossing): (usize, &Crossing)| match labels.get(&node) {
-            Some(&Label::Known {
+        let place = |(node, crossing): (usize, &Crossing)| match labels[node] {
+            Some(Label::Known {
                 flat,
                 steep,
                 confidence,
@@ -290,17 +317,17 @@ impl Reading<'_> {
                         confidence,
                     })
             }
-            Some(&Label::Dropped(reason)) => Err(reason),
+            Some(Label::Dropped(reason)) => Err(reason),
             None => Err(DropReason::BrokenLine),
         };
-        crossings.all.iter().enumerate().map(place).collect()
+        Vec::from_iter_in(crossings.all.iter().enumerate().map(place), self.bump)
     }
 
     /// The neighbours of each crossing whose labels agree.
-    fn neighbours(&self, labels: &Labels) -> Neighbours {
+    fn neighbours(&self, labels: &Labels<'_>) -> Neighbours<'a> {
         let crossings = self.observed.crossings;
-        let links = neighbouring_links(self.links, labels, crossings, self.settings);
-        Neighbours::new(crossings.all.len(), links.into_iter())
+        let links = neighbouring_links(self.links, labels, crossings, self.settings, self.bump);
+        Neighbours::new(crossings.all.len(), &links, self.bump)
     }
 
     /// Labels what the patches left, if anything.
@@ -309,16 +336,18 @@ impl Reading<'_> {
         placement: &Placement<'_>,
         geometry: &Geometry<'_>,
         outcome: &[Outcome],
-        labels: &mut Labels,
+        labels: &mut Labels<'_>,
     ) -> bool {
-        let known: Vec<Option<Numbers>> = (0..outcome.len())
-            .map(|node| match labels.get(&node) {
-                Some(&Label::Known { flat, steep, .. }) if outcome[node].is_ok() => {
-                    Some((flat.into(), steep.into()))
+        let known = labels.iter().zip(outcome);
+        let known = known.map(|(label, outcome)| -> Option<Numbers> {
+            match label {
+                Some(Label::Known { flat, steep, .. }) if outcome.is_ok() => {
+                    Some(((*flat).into(), (*steep).into()))
                 }
                 _ => None,
-            })
-            .collect();
+            }
+        });
+        let known = Vec::from_iter_in(known, self.bump);
         let codes = self.decoding.codes_of(placement.orientation);
         let epipolar = self.distance(placement, geometry);
         let expected = self.expected_lines(placement);
@@ -327,34 +356,42 @@ impl Reading<'_> {
             colours: self.observed.colours,
             links: self.links,
             settings: self.settings,
-            epipolar: Some(&*epipolar),
+            epipolar: Some(&epipolar),
             expected: expected.as_ref(),
+            bump: self.bump,
         };
         let more = label_rest(&decoder, &known, self.links);
-        let any = !more.is_empty();
-        labels.extend(more);
-        any
+        for &(node, label) in &more {
+            labels[node] = Some(label);
+        }
+        !more.is_empty()
     }
 
     fn geometry(&self, outcome: &[Outcome]) -> Geometry<'_> {
         if let Some(rig) = self.calibration {
             return Geometry::of_rig(rig, self.settings);
         }
-        let matches: Vec<Match> = outcome.iter().flatten().map(|c| self.matched(c)).collect();
-        Geometry::of_labels(&matches, self.uncalibrated_limit_px())
+        let matches = outcome.iter().flatten().map(|c| self.matched(c));
+        let matches = Vec::from_iter_in(matches, self.bump);
+        Geometry::of_labels(&matches, self.uncalibrated_limit_px(), self.bump)
     }
 
     fn matched(&self, crossing: &DecodedCrossing) -> Match {
         (crossing.centre, self.projector_centre(crossing.index))
     }
 
-    fn tracks(&self, placement: &Placement<'_>, outcome: &[Outcome]) -> Vec<LineTrack> {
-        let of_family = |family| {
-            let axis = placement.orientation.pattern_axis(family);
+    fn find_tracks(
+        &self,
+        placement: &Placement<'_>,
+        outcome: &[Outcome],
+        stretches: &mut Stretches<'_>,
+    ) {
+        for family in Axis::BOTH {
+            let axes = (family, placement.orientation.pattern_axis(family));
             let lines = self.observed.lines.family(family);
-            find_stretches((family, axis), lines, self.observed.crossings, outcome)
-        };
-        Axis::BOTH.into_iter().flat_map(of_family).collect()
+            let placed = (self.observed.crossings, outcome);
+            find_stretches(axes, lines, placed, self.bump, stretches);
+        }
     }
 
     fn check_positions(&self, geometry: &Geometry<'_>, outcome: &mut [Outcome]) {

@@ -10,13 +10,12 @@
 //! colours and epipolar lines together leave one place only. Two surfaces whose colours agree
 //! along the wrong link stay together quietly; the position checks may tell.
 
-use std::collections::BTreeMap;
-
+use bumpalo::{Bump, collections::Vec, vec};
 use shared::pattern::Axis;
 
 use super::{
     DecodeSettings, DropReason,
-    code::{Code, Fit, LineEvidence},
+    code::{Code, Fit, LineEvidence, sort_fits},
     expected::ExpectedLines,
     links::{Link, Patch},
     propagate::{neighbourhood, propagate},
@@ -36,6 +35,9 @@ pub(super) enum Label {
     Dropped(DropReason),
 }
 
+/// What was found out about each crossing that was looked at.
+pub(super) type Labels<'a> = Vec<'a, Option<Label>>;
+
 /// A crossing's distance from the epipolar line of a flat and a steep line's numbers; `None` where it can't be seen.
 pub(super) type EpipolarDistance<'a> = dyn Fn(usize, u16, u16) -> Option<f64> + 'a;
 
@@ -52,15 +54,17 @@ pub(super) struct Decoder<'a> {
     pub(super) epipolar: Option<&'a EpipolarDistance<'a>>,
     /// With coarser grids read before: the lines that crossings should lie on.
     pub(super) expected: Option<&'a ExpectedLines>,
+    /// What is needed for a while only is written here.
+    pub(super) bump: &'a Bump,
 }
 
-impl Decoder<'_> {
+impl<'a> Decoder<'a> {
     /// Labels the crossings of all patches; crossings in no patch are left out.
-    pub(super) fn label(&self, patches: &[Patch]) -> BTreeMap<usize, Label> {
-        let mut labels = BTreeMap::new();
+    pub(super) fn label(&self, patches: &[Patch<'_>]) -> Labels<'a> {
+        let mut labels = vec![in self.bump; None; self.colours.rows.len()];
         for patch in patches {
-            for part in self.parts(patch) {
-                self.label_part(&part, &mut labels);
+            for part in &self.parts(patch) {
+                self.label_part(part, &mut labels);
             }
         }
         labels
@@ -77,8 +81,8 @@ impl Decoder<'_> {
         &self,
         family: Axis,
         nodes: impl Iterator<Item = (usize, (i32, i32))>,
-    ) -> LineEvidence {
-        let mut lines = LineEvidence::default();
+    ) -> LineEvidence<'a> {
+        let mut lines = LineEvidence::new(self.bump);
         for (node, place) in nodes {
             lines.add(line_of(family, place), &self.colours.on(family)[node].nats);
         }
@@ -86,9 +90,14 @@ impl Decoder<'_> {
     }
 
     /// Every place of a patch's lines in the code, likeliest first.
-    pub(super) fn places(&self, family: Axis, patch: &Patch, lines: &LineEvidence) -> Vec<Fit> {
+    pub(super) fn places(
+        &self,
+        family: Axis,
+        patch: &Patch<'_>,
+        lines: &LineEvidence<'_>,
+    ) -> Vec<'a, Fit> {
         let code = self.code(family);
-        let mut fits = code.places(lines, self.settings.outside_nats as f32);
+        let mut fits = code.places(lines, self.settings.outside_nats as f32, self.bump);
         if let Some(expected) = self.expected {
             for fit in &mut fits {
                 let costs = patch.members().map(|(node, place)| {
@@ -97,31 +106,33 @@ impl Decoder<'_> {
                 });
                 fit.nats -= costs.sum::<f32>();
             }
-            fits.sort_by(|a, b| b.nats.total_cmp(&a.nats).then(a.offset.cmp(&b.offset)));
+            sort_fits(&mut fits);
         }
         fits
     }
 
     /// Cuts a patch where its parts stand at different places of the code.
-    pub(super) fn parts(&self, patch: &Patch) -> Vec<Patch> {
+    pub(super) fn parts(&self, patch: &Patch<'_>) -> Vec<'a, Patch<'a>> {
+        let bump = self.bump;
         if Axis::BOTH.iter().all(|&family| self.agrees(family, patch)) {
-            return vec![patch.clone()];
+            let mut whole = Patch::with_capacity(patch.nodes.len(), bump);
+            whole.nodes.extend_from_slice(&patch.nodes);
+            whole.places.extend_from_slice(&patch.places);
+            return vec![in bump; whole];
         }
         let neighbours = self.neighbours(patch);
         let flat = self.settle(Axis::Row, patch, &neighbours);
         let steep = self.settle(Axis::Column, patch, &neighbours);
         let same = |a: usize, b: usize| flat[a] == flat[b] && steep[a] == steep[b];
-        let mut part_of = vec![usize::MAX; patch.nodes.len()];
-        let mut parts: Vec<Patch> = Vec::new();
+        let mut part_of = vec![in bump; usize::MAX; patch.nodes.len()];
+        let mut parts: Vec<'a, Patch<'a>> = Vec::new_in(bump);
+        let mut open = Vec::new_in(bump);
         for start in 0..patch.nodes.len() {
             if part_of[start] != usize::MAX {
                 continue;
             }
-            let mut part = Patch {
-                nodes: Vec::new(),
-                places: Vec::new(),
-            };
-            let mut open = vec![start];
+            let mut part = Patch::with_capacity(1, bump);
+            open.push(start);
             part_of[start] = parts.len();
             while let Some(at) = open.pop() {
                 part.nodes.push(patch.nodes[at]);
@@ -140,16 +151,18 @@ impl Decoder<'_> {
     }
 
     /// Linked crossings of each crossing, as positions in the patch.
-    fn neighbours(&self, patch: &Patch) -> Vec<Vec<usize>> {
-        let at: BTreeMap<usize, usize> = patch
+    fn neighbours(&self, patch: &Patch<'_>) -> Vec<'a, Vec<'a, usize>> {
+        const MOST: usize = 4; // there are two lines
+        let mut at = vec![in self.bump; None; self.colours.rows.len()];
+        let members = patch.nodes.iter().enumerate();
+        members.for_each(|(k, &node)| at[node] = Some(k));
+        let empty = patch
             .nodes
             .iter()
-            .enumerate()
-            .map(|(k, &n)| (n, k))
-            .collect();
-        let mut neighbours = vec![Vec::new(); patch.nodes.len()];
+            .map(|_| Vec::with_capacity_in(MOST, self.bump));
+        let mut neighbours = Vec::from_iter_in(empty, self.bump);
         for link in self.links {
-            if let (Some(&a), Some(&b)) = (at.get(&link.a), at.get(&link.b)) {
+            if let (Some(a), Some(b)) = (at[link.a], at[link.b]) {
                 neighbours[a].push(b);
                 neighbours[b].push(a);
             }
@@ -159,38 +172,40 @@ impl Decoder<'_> {
 
     /// The place in the code (number of the patch's line 0) that each crossing of a patch votes for, its
     /// neighbours considered.
-    fn settle(&self, family: Axis, patch: &Patch, neighbours: &[Vec<usize>]) -> Vec<i32> {
+    fn settle(
+        &self,
+        family: Axis,
+        patch: &Patch<'_>,
+        neighbours: &[Vec<'_, usize>],
+    ) -> Vec<'a, i32> {
         let whole = self.places(family, patch, &self.evidence(family, patch.members()));
         let Some(best) = whole.first() else {
-            return vec![0; patch.nodes.len()];
+            return vec![in self.bump; 0; patch.nodes.len()];
         };
         let doubts = self.doubts(family, patch, best.offset);
         let candidates = self.candidates(family, (patch, &doubts), neighbours, best.offset);
         if candidates.len() == 1 {
-            return vec![best.offset; patch.nodes.len()];
+            return vec![in self.bump; best.offset; patch.nodes.len()];
         }
-        let costs: Vec<Vec<f32>> = patch
-            .members()
-            .map(|(node, place)| self.costs(family, node, place, &candidates))
-            .collect();
-        let choice = propagate(
-            &costs,
-            neighbours,
-            self.settings.cut_nats as f32,
-            self.settings.rounds,
-        );
-        choice.into_iter().map(|k| candidates[k]).collect()
+        let mut costs = Vec::with_capacity_in(patch.nodes.len() * candidates.len(), self.bump);
+        for (node, place) in patch.members() {
+            let cost = |&offset: &i32| self.cost(family, node, place, offset);
+            costs.extend(candidates.iter().map(cost));
+        }
+        let effort = (self.settings.cut_nats as f32, self.settings.rounds);
+        let choice = propagate(&costs, neighbours, effort, self.bump);
+        Vec::from_iter_in(choice.into_iter().map(|k| candidates[k]), self.bump)
     }
 
     /// What each crossing of a patch has against the patch's place in the code, in nats.
-    fn doubts(&self, family: Axis, patch: &Patch, offset: i32) -> Vec<f32> {
+    fn doubts(&self, family: Axis, patch: &Patch<'_>, offset: i32) -> Vec<'a, f32> {
         let cost = |(node, place)| self.cost(family, node, place, offset);
-        patch.members().map(cost).collect()
+        Vec::from_iter_in(patch.members().map(cost), self.bump)
     }
 
     /// Whether all crossings of a patch together have so little against its place in the code that none of its
     /// neighbourhoods can prefer another one clearly.
-    fn agrees(&self, family: Axis, patch: &Patch) -> bool {
+    fn agrees(&self, family: Axis, patch: &Patch<'_>) -> bool {
         let lines = self.evidence(family, patch.members());
         let place = self
             .code(family)
@@ -205,16 +220,16 @@ impl Decoder<'_> {
     fn candidates(
         &self,
         family: Axis,
-        (patch, doubts): (&Patch, &[f32]),
-        neighbours: &[Vec<usize>],
+        (patch, doubts): (&Patch<'_>, &[f32]),
+        neighbours: &[Vec<'_, usize>],
         best: i32,
-    ) -> Vec<i32> {
+    ) -> Vec<'a, i32> {
         const MOST: usize = 16;
         let code = self.code(family);
         let steps = code.window + 1;
-        let mut votes: BTreeMap<i32, usize> = BTreeMap::new();
-        let mut seen_at = vec![usize::MAX; patch.nodes.len()];
-        let (mut around, mut lines) = (Vec::new(), LineEvidence::default());
+        let mut votes: Vec<'_, i32> = Vec::new_in(self.bump);
+        let mut seen_at = vec![in self.bump; usize::MAX; patch.nodes.len()];
+        let (mut around, mut lines) = (Vec::new_in(self.bump), LineEvidence::new(self.bump));
         for start in 0..patch.nodes.len() {
             neighbourhood(start, neighbours, steps, &mut seen_at, &mut around);
             // another place can't lead by more than what speaks against the best
@@ -233,22 +248,19 @@ impl Decoder<'_> {
             if let Some((offset, lead)) = place
                 && lead > self.settings.cut_nats as f32
             {
-                *votes.entry(offset).or_default() += 1;
+                votes.push(offset);
             }
         }
         for (node, place) in patch.members() {
             let line = self.expected.and_then(|e| e.nearest(family, node));
-            if let Some(line) = line {
-                *votes
-                    .entry(line - line_of(family, place) as i32)
-                    .or_default() += 1;
-            }
+            votes.extend(line.map(|line| line - line_of(family, place) as i32));
         }
-        votes.remove(&best);
-        let mut others: Vec<(usize, i32)> =
-            votes.into_iter().map(|(offset, n)| (n, offset)).collect();
-        others.sort_by_key(|&(n, offset)| (std::cmp::Reverse(n), offset));
-        let mut candidates = vec![best];
+        votes.retain(|&offset| offset != best);
+        votes.sort_unstable();
+        let same = votes.chunk_by(|a, b| a == b);
+        let mut others = Vec::from_iter_in(same.map(|same| (same.len(), same[0])), self.bump);
+        others.sort_unstable_by_key(|&(n, offset)| (std::cmp::Reverse(n), offset));
+        let mut candidates = vec![in self.bump; best];
         candidates.extend(others.into_iter().take(MOST - 1).map(|(_, offset)| offset));
         candidates
     }
@@ -265,13 +277,8 @@ impl Decoder<'_> {
         }
     }
 
-    fn costs(&self, family: Axis, node: usize, place: (i32, i32), candidates: &[i32]) -> Vec<f32> {
-        let cost = |&offset: &i32| self.cost(family, node, place, offset);
-        candidates.iter().map(cost).collect()
-    }
-
     /// Accepts or drops a part whose crossings all stand at one place of the code.
-    fn label_part(&self, part: &Patch, labels: &mut BTreeMap<usize, Label>) {
+    fn label_part(&self, part: &Patch<'_>, labels: &mut [Option<Label>]) {
         let placed = self.place_by_colour(part);
         let placed = placed.or_else(|reason| self.place_by_epipolar_lines(part).ok_or(reason));
         for (node, place) in part.members() {
@@ -279,13 +286,13 @@ impl Decoder<'_> {
                 Ok((offsets, certainty)) => self.label_one(node, place, offsets, certainty),
                 Err(reason) => Label::Dropped(reason),
             };
-            labels.insert(node, label);
+            labels[node] = Some(label);
         }
     }
 
     /// The offsets of a part's lines in both codes from its colours alone, and the probability that they are
     /// right.
-    fn place_by_colour(&self, part: &Patch) -> Result<([i32; 2], f64), DropReason> {
+    fn place_by_colour(&self, part: &Patch<'_>) -> Result<([i32; 2], f64), DropReason> {
         let mut offsets = [0; 2];
         let mut certainty = 1.0;
         for (k, family) in Axis::BOTH.into_iter().enumerate() {
@@ -309,7 +316,7 @@ impl Decoder<'_> {
 
     /// The offsets of a part too small or too unclear for its colours alone: both codes together, each pair of
     /// offsets weighed by how well the crossings then lie on their epipolar lines.
-    fn place_by_epipolar_lines(&self, part: &Patch) -> Option<([i32; 2], f64)> {
+    fn place_by_epipolar_lines(&self, part: &Patch<'_>) -> Option<([i32; 2], f64)> {
         self.epipolar?;
         if part.nodes.len() < 2 * self.window() {
             return None; // in a long code a few crossings find a place of their colours by chance
@@ -338,11 +345,11 @@ impl Decoder<'_> {
     /// probability that they are right.
     pub(super) fn clearly_best(
         &self,
-        part: &Patch,
+        part: &Patch<'_>,
         fits: impl Iterator<Item = (f32, [i32; 2])>,
     ) -> Option<([i32; 2], f64)> {
-        let mut fits: Vec<(f32, [i32; 2])> = fits.collect();
-        fits.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
+        let mut fits = Vec::from_iter_in(fits, self.bump);
+        fits.sort_unstable_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
         let &(best, offsets) = fits.first()?;
         let second = fits.get(1).map_or(f32::MIN, |fit| fit.0);
         let near = part
@@ -355,7 +362,7 @@ impl Decoder<'_> {
     }
 
     /// What the distances from the epipolar lines speak against these offsets, in nats.
-    pub(super) fn epipolar_cost(&self, part: &Patch, offsets: [i32; 2]) -> f32 {
+    pub(super) fn epipolar_cost(&self, part: &Patch<'_>, offsets: [i32; 2]) -> f32 {
         let costs = part.members().map(|member| self.off_line(member, offsets));
         costs.sum()
     }
@@ -413,7 +420,7 @@ impl Decoder<'_> {
     }
 
     /// Why a part's evidence leaves more than one place open.
-    fn why_unclear(&self, part: &Patch, family: Axis) -> DropReason {
+    fn why_unclear(&self, part: &Patch<'_>, family: Axis) -> DropReason {
         let share = |holds: &dyn Fn(usize) -> bool| {
             let count = part.nodes.iter().filter(|&&node| holds(node)).count();
             2 * count > part.nodes.len()
@@ -425,7 +432,7 @@ impl Decoder<'_> {
             DropReason::TooDark
         } else if share(&|node| {
             let mut nats = evidence[node].nats;
-            nats.sort_by(|a, b| b.total_cmp(a));
+            nats.sort_unstable_by(|a, b| b.total_cmp(a));
             nats[1] > -3.0
         }) {
             DropReason::AmbiguousColour

@@ -6,11 +6,13 @@
 //! regular first; a link that contradicts the others is cut. Two surfaces whose lines happen to continue
 //! each other are linked quietly: the colours must tell (see `labels`).
 
-use std::collections::BTreeMap;
-
+use bumpalo::{Bump, collections::Vec, vec};
 use shared::pattern::Axis;
 
-use super::{DecodeSettings, labels::Label};
+use super::{
+    DecodeSettings,
+    labels::{Label, Labels},
+};
 use crate::crossings::Crossings;
 
 /// Two neighbouring crossings; `b` follows `a` along a line.
@@ -37,9 +39,9 @@ impl Link {
     }
 
     /// How many lines apart the labels of both crossings are, if they share the link's line and follow each other on it.
-    pub(super) fn step(&self, labels: &BTreeMap<usize, Label>) -> Option<i16> {
-        let numbers = |node| match labels.get(&node) {
-            Some(&Label::Known { flat, steep, .. }) => Some(match self.along {
+    pub(super) fn step(&self, labels: &Labels<'_>) -> Option<i16> {
+        let numbers = |node: usize| match labels[node] {
+            Some(Label::Known { flat, steep, .. }) => Some(match self.along {
                 Axis::Row => (flat, steep),
                 Axis::Column => (steep, flat),
             }),
@@ -52,25 +54,32 @@ impl Link {
 
 /// Crossings with integer places.
 #[derive(Debug, Clone)]
-pub(super) struct Patch {
+pub(super) struct Patch<'a> {
     /// The crossings.
-    pub(super) nodes: Vec<usize>,
+    pub(super) nodes: Vec<'a, usize>,
     /// Their (row, column) offsets, from 0.
-    pub(super) places: Vec<(i32, i32)>,
+    pub(super) places: Vec<'a, (i32, i32)>,
 }
 
+/// Links, and the patches that they make.
+pub(super) type Patches<'a> = (Vec<'a, Link>, Vec<'a, Patch<'a>>);
+
 /// The links that close cells and do not contradict each other, and the patches they make.
-pub(super) fn find_patches(links: &[Link], crossings: usize) -> (Vec<Link>, Vec<Patch>) {
-    patches_of(cells_only(links, crossings), crossings)
+pub(super) fn find_patches<'a>(links: &[Link], crossings: usize, bump: &'a Bump) -> Patches<'a> {
+    patches_of(cells_only(links, crossings, bump), crossings, bump)
 }
 
 /// The links that do not contradict each other, most regular first, and the patches they make.
-pub(super) fn patches_of(mut links: Vec<Link>, crossings: usize) -> (Vec<Link>, Vec<Patch>) {
-    links.sort_by(|p, q| {
+pub(super) fn patches_of<'a>(
+    mut links: Vec<'a, Link>,
+    crossings: usize,
+    bump: &'a Bump,
+) -> Patches<'a> {
+    links.sort_unstable_by(|p, q| {
         let order = p.irregularity.total_cmp(&q.irregularity);
-        order.then((p.a, p.b).cmp(&(q.a, q.b)))
+        order.then((p.a, p.b, p.along).cmp(&(q.a, q.b, q.along)))
     });
-    let mut places = Places::new(crossings);
+    let mut places = Places::new(crossings, bump);
     links.retain(|link| {
         let step = match link.along {
             Axis::Row => (0, 1),
@@ -78,36 +87,42 @@ pub(super) fn patches_of(mut links: Vec<Link>, crossings: usize) -> (Vec<Link>, 
         };
         places.join(link.a, link.b, step)
     });
-    let patches = places.patches(&links);
+    let patches = places.patches(&links, bump);
     (links, patches)
 }
 
 /// Links between neighbours whose distance fits their line's other gaps.
-pub(super) fn regular_links(crossings: &Crossings, settings: &DecodeSettings) -> Vec<Link> {
+pub(super) fn regular_links<'a>(
+    crossings: &Crossings,
+    settings: &DecodeSettings,
+    bump: &'a Bump,
+) -> Vec<'a, Link> {
     const AROUND: usize = 3; // gaps on either side that a gap is compared with
-    let mut links = Vec::new();
+    let mut links = Vec::with_capacity_in(2 * crossings.all.len(), bump);
     for along in Axis::BOTH {
         let typical = crossings.gap_px(along);
         for track in crossings.on(along) {
-            let place = |k: usize| crossings.all[k].along(along);
-            let gaps: Vec<f64> = track
-                .windows(2)
-                .map(|p| place(p[1]) - place(p[0]))
-                .collect();
-            for (at, pair) in track.windows(2).enumerate() {
-                let near = &gaps[at.saturating_sub(AROUND)..(at + AROUND + 1).min(gaps.len())];
-                let expected = if near.len() > AROUND {
-                    middle(near)
+            let place = |k: usize| crossings.all[track[k]].along(along);
+            let gap = |k: usize| place(k + 1) - place(k);
+            let gaps = track.len().saturating_sub(1);
+            for at in 0..gaps {
+                let near = at.saturating_sub(AROUND)..(at + AROUND + 1).min(gaps);
+                let mut sorted = [0.0; 2 * AROUND + 1];
+                let sorted = &mut sorted[..near.len()];
+                sorted.iter_mut().zip(near).for_each(|(g, k)| *g = gap(k));
+                let expected = if sorted.len() > AROUND {
+                    middle(sorted)
                 } else {
                     typical
                 };
-                let ratio = gaps[at] / expected;
-                let seen = crossings.all[pair[0]].arms(along).seen[1]
-                    && crossings.all[pair[1]].arms(along).seen[0];
+                let ratio = gap(at) / expected;
+                let [a, b] = [track[at], track[at + 1]];
+                let all = &crossings.all;
+                let seen = all[a].arms(along).seen[1] && all[b].arms(along).seen[0];
                 if seen && settings.shortest_gap < ratio && ratio < settings.longest_gap {
                     links.push(Link {
-                        a: pair[0],
-                        b: pair[1],
+                        a,
+                        b,
                         along,
                         irregularity: ratio.ln().abs(),
                     });
@@ -122,12 +137,14 @@ pub(super) fn regular_links(crossings: &Crossings, settings: &DecodeSettings) ->
 /// apart these are. A link over missed lines must be as long as so many others: more is an edge in depth.
 pub(super) fn neighbouring_links<'a>(
     links: &'a [Link],
-    labels: &BTreeMap<usize, Label>,
+    labels: &Labels<'_>,
     crossings: &Crossings,
     settings: &DecodeSettings,
-) -> Vec<(&'a Link, i16)> {
+    bump: &'a Bump,
+) -> Vec<'a, (&'a Link, i16)> {
     let with_step = |link: &'a Link| Some((link, link.step(labels)?));
-    let mut found: Vec<_> = links.iter().filter_map(with_step).collect();
+    let mut found = Vec::with_capacity_in(links.len(), bump);
+    found.extend(links.iter().filter_map(with_step));
     if found.iter().all(|(_, step)| *step == 1) {
         return found;
     }
@@ -137,8 +154,8 @@ pub(super) fn neighbouring_links<'a>(
     };
     let typical_px = Axis::BOTH.map(|along| {
         let along = found.iter().filter(|(link, _)| link.along == along);
-        let gaps: Vec<f64> = along.map(gap_px).collect();
-        if gaps.is_empty() { 0.0 } else { middle(&gaps) }
+        let mut gaps = Vec::from_iter_in(along.map(gap_px), bump);
+        middle(&mut gaps)
     });
     found.retain(|link| {
         let ratio = gap_px(link) / typical_px[usize::from(link.0.along == Axis::Column)];
@@ -147,23 +164,26 @@ pub(super) fn neighbouring_links<'a>(
     found
 }
 
-fn middle(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
+/// The middle one; 0 of none.
+fn middle(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Keeps links that are a side of a closed cell.
-fn cells_only(links: &[Link], crossings: usize) -> Vec<Link> {
-    let mut right = vec![None; crossings];
-    let mut below = vec![None; crossings];
+fn cells_only<'a>(links: &[Link], crossings: usize, bump: &'a Bump) -> Vec<'a, Link> {
+    let mut right = vec![in bump; None; crossings];
+    let mut below = vec![in bump; None; crossings];
     for link in links {
         match link.along {
             Axis::Row => right[link.a] = Some(link.b),
             Axis::Column => below[link.a] = Some(link.b),
         }
     }
-    let mut in_cell = (vec![false; crossings], vec![false; crossings]);
+    let mut in_cell = (
+        vec![in bump; false; crossings],
+        vec![in bump; false; crossings],
+    );
     for corner in 0..crossings {
         let (Some(r), Some(b)) = (right[corner], below[corner]) else {
             continue;
@@ -179,22 +199,22 @@ fn cells_only(links: &[Link], crossings: usize) -> Vec<Link> {
         Axis::Row => in_cell.0[link.a],
         Axis::Column => in_cell.1[link.a],
     };
-    links.iter().copied().filter(closes).collect()
+    Vec::from_iter_in(links.iter().copied().filter(closes), bump)
 }
 
 /// Weighted union-find: each crossing's place relative to its parent's.
-struct Places {
-    parent: Vec<usize>,
-    from_parent: Vec<(i32, i32)>,
-    size: Vec<usize>,
+struct Places<'a> {
+    parent: Vec<'a, usize>,
+    from_parent: Vec<'a, (i32, i32)>,
+    size: Vec<'a, usize>,
 }
 
-impl Places {
-    fn new(crossings: usize) -> Self {
+impl<'a> Places<'a> {
+    fn new(crossings: usize, bump: &'a Bump) -> Self {
         Self {
-            parent: (0..crossings).collect(),
-            from_parent: vec![(0, 0); crossings],
-            size: vec![1; crossings],
+            parent: Vec::from_iter_in(0..crossings, bump),
+            from_parent: vec![in bump; (0, 0); crossings],
+            size: vec![in bump; 1; crossings],
         }
     }
 
@@ -227,21 +247,19 @@ impl Places {
     }
 
     /// The patches of two or more crossings, largest first.
-    fn patches(&self, links: &[Link]) -> Vec<Patch> {
+    fn patches(&self, links: &[Link], bump: &'a Bump) -> Vec<'a, Patch<'a>> {
         let crossings = self.parent.len();
-        let mut linked = vec![false; crossings];
+        let mut linked = vec![in bump; false; crossings];
         for link in links {
             (linked[link.a], linked[link.b]) = (true, true);
         }
-        let mut of_root = vec![None; crossings];
-        let mut patches: Vec<Patch> = Vec::new();
+        let mut of_root = vec![in bump; None; crossings];
+        let mut patches = Vec::new_in(bump);
         for node in (0..crossings).filter(|&node| linked[node]) {
             let (root, place) = self.root(node);
+            let size = self.size[root];
             let at = *of_root[root].get_or_insert_with(|| {
-                patches.push(Patch {
-                    nodes: Vec::new(),
-                    places: Vec::new(),
-                });
+                patches.push(Patch::with_capacity(size, bump));
                 patches.len() - 1
             });
             patches[at].nodes.push(node);
@@ -250,17 +268,26 @@ impl Places {
         for patch in &mut patches {
             patch.start_at_zero();
         }
-        patches.sort_by_key(|patch| (std::cmp::Reverse(patch.nodes.len()), patch.nodes[0]));
+        patches
+            .sort_unstable_by_key(|patch| (std::cmp::Reverse(patch.nodes.len()), patch.nodes[0]));
         patches
     }
 }
 
-impl Patch {
-    /// A crossing by itself.
-    pub(super) fn single(node: usize) -> Self {
+impl<'a> Patch<'a> {
+    /// No crossing, and room for so many.
+    pub(super) fn with_capacity(crossings: usize, bump: &'a Bump) -> Self {
         Self {
-            nodes: vec![node],
-            places: vec![(0, 0)],
+            nodes: Vec::with_capacity_in(crossings, bump),
+            places: Vec::with_capacity_in(crossings, bump),
+        }
+    }
+
+    /// A crossing by itself.
+    pub(super) fn single(node: usize, bump: &'a Bump) -> Self {
+        Self {
+            nodes: vec![in bump; node],
+            places: vec![in bump; (0, 0)],
         }
     }
 

@@ -24,7 +24,7 @@ use shared::{
     pattern::{Axis, Corner, GridIndex},
 };
 
-pub use find::{DecodeSettings, Decoding, Observed};
+pub use find::{DecodeBuffers, DecodeSettings, Decoding, Observed};
 
 /// A crossing whose row and column are known.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,6 +100,17 @@ pub struct LineTrack {
     pub line: Option<u16>,
     /// Points on the middle of the line, in order along it.
     pub points: Vec<LinePoint>,
+}
+
+impl Default for LineTrack {
+    /// A stretch of no row in particular, without points.
+    fn default() -> Self {
+        Self {
+            axis: Axis::Row,
+            line: None,
+            points: Vec::new(),
+        }
+    }
 }
 
 /// A point on the middle of a line.

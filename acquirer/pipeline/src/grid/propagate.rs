@@ -4,13 +4,15 @@
 //! min-sum messages with a constant cost for neighbours that differ (Potts model; P. Felzenszwalb and
 //! D. Huttenlocher 2006).
 
+use bumpalo::{Bump, collections::Vec, vec};
+
 /// The crossings within a number of links of `start`.
 pub(super) fn neighbourhood(
     start: usize,
-    neighbours: &[Vec<usize>],
+    neighbours: &[Vec<'_, usize>],
     steps: usize,
     seen_at: &mut [usize],
-    found: &mut Vec<usize>,
+    found: &mut Vec<'_, usize>,
 ) {
     found.clear();
     found.push(start);
@@ -31,58 +33,79 @@ pub(super) fn neighbourhood(
 }
 
 /// Min-sum belief propagation with a constant cost for neighbours that differ; gives the cheapest label of
-/// each node.
-pub(super) fn propagate(
-    costs: &[Vec<f32>],
-    neighbours: &[Vec<usize>],
-    cut: f32,
-    rounds: usize,
-) -> Vec<usize> {
-    let labels = costs.first().map_or(0, Vec::len);
-    let reverse: Vec<Vec<usize>> = neighbours
-        .iter()
-        .enumerate()
-        .map(|(a, around)| {
-            let back = |&b: &usize| neighbours[b].iter().position(|&c| c == a).unwrap_or(0);
-            around.iter().map(back).collect()
-        })
-        .collect();
-    let blank = |around: &Vec<usize>| vec![vec![0.0f32; labels]; around.len()];
-    let mut inbox: Vec<Vec<Vec<f32>>> = neighbours.iter().map(blank).collect();
+/// each node. `costs` has as many values for each node as there are labels.
+pub(super) fn propagate<'a>(
+    costs: &[f32],
+    neighbours: &[Vec<'_, usize>],
+    (cut, rounds): (f32, usize),
+    bump: &'a Bump,
+) -> Vec<'a, usize> {
+    let labels = costs.len() / neighbours.len().max(1);
+    let mailbox = Mailbox::new(neighbours, bump);
+    let mut inbox = vec![in bump; 0.0f32; mailbox.slots() * labels];
+    let mut next = inbox.clone();
+    let (mut belief, mut without) = (vec![in bump; 0.0; labels], vec![in bump; 0.0; labels]);
+    let believe = |node: usize, inbox: &[f32], belief: &mut [f32]| {
+        belief.copy_from_slice(&costs[node * labels..][..labels]);
+        let [first, end] = [mailbox.starts[node], mailbox.starts[node + 1]];
+        for message in inbox[first * labels..end * labels].chunks_exact(labels.max(1)) {
+            belief.iter_mut().zip(message).for_each(|(b, m)| *b += m);
+        }
+    };
     for _ in 0..rounds.min(200) {
-        let mut next = inbox.clone();
-        for (a, around) in neighbours.iter().enumerate() {
-            let belief = sum(&costs[a], &inbox[a]);
-            for (k, &b) in around.iter().enumerate() {
-                let without: Vec<f32> = belief
-                    .iter()
-                    .zip(&inbox[a][k])
-                    .map(|(all, own)| all - own)
-                    .collect();
+        next.copy_from_slice(&inbox);
+        for node in 0..neighbours.len() {
+            believe(node, &inbox, &mut belief);
+            for slot in mailbox.starts[node]..mailbox.starts[node + 1] {
+                let own = &inbox[slot * labels..][..labels];
+                for ((without, all), own) in without.iter_mut().zip(&belief).zip(own) {
+                    *without = all - own;
+                }
                 let least = without.iter().copied().fold(f32::MAX, f32::min);
-                let slot = &mut next[b][reverse[a][k]];
-                for (message, value) in slot.iter_mut().zip(without) {
+                let message = &mut next[mailbox.back[slot] * labels..][..labels];
+                for (message, value) in message.iter_mut().zip(&without) {
                     // half old, half new: loops settle instead of swinging
                     *message = 0.5 * *message + 0.5 * ((value - least).min(cut));
                 }
             }
         }
-        inbox = next;
+        std::mem::swap(&mut inbox, &mut next);
     }
-    costs
-        .iter()
-        .zip(&inbox)
-        .map(|(cost, messages)| {
-            let belief = sum(cost, messages);
-            (0..labels).fold(0, |best, k| if belief[k] < belief[best] { k } else { best })
-        })
-        .collect()
+    let cheapest = (0..neighbours.len()).map(|node| {
+        believe(node, &inbox, &mut belief);
+        (0..labels).fold(0, |best, k| if belief[k] < belief[best] { k } else { best })
+    });
+    Vec::from_iter_in(cheapest, bump)
 }
 
-fn sum(cost: &[f32], messages: &[Vec<f32>]) -> Vec<f32> {
-    let mut belief = cost.to_vec();
-    for message in messages {
-        belief.iter_mut().zip(message).for_each(|(b, m)| *b += m);
+/// A place for the message from each neighbour of each node.
+struct Mailbox<'a> {
+    /// Where the places of each node begin, and one past the last.
+    starts: Vec<'a, usize>,
+    /// For each of a node's places the one that the node has at that neighbour.
+    back: Vec<'a, usize>,
+}
+
+impl<'a> Mailbox<'a> {
+    fn new(neighbours: &[Vec<'_, usize>], bump: &'a Bump) -> Self {
+        let mut starts = Vec::with_capacity_in(neighbours.len() + 1, bump);
+        starts.push(0);
+        let mut slots = 0;
+        for around in neighbours {
+            slots += around.len();
+            starts.push(slots);
+        }
+        let mut back = Vec::with_capacity_in(slots, bump);
+        for (a, around) in neighbours.iter().enumerate() {
+            for &b in around {
+                let at = neighbours[b].iter().position(|&c| c == a).unwrap_or(0);
+                back.push(starts[b] + at);
+            }
+        }
+        Self { starts, back }
     }
-    belief
+
+    fn slots(&self) -> usize {
+        self.back.len()
+    }
 }

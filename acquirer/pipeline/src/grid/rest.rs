@@ -6,8 +6,7 @@
 //! taken, and given again only if all else contradicts. Needs the epipolar geometry, calibrated or told by the labels themselves; a piece that lies beside its
 //! place along the epipolar lines and has its colours is placed wrongly, quietly.
 
-use std::collections::BTreeSet;
-
+use bumpalo::{Bump, collections::Vec};
 use shared::pattern::Axis;
 
 use super::{
@@ -23,40 +22,48 @@ const HOPELESS_NATS: f32 = 15.0;
 
 /// Labels for crossings that have none. `known` has the numbers of those that have, `links` all links between
 /// neighbours.
-pub(super) fn label_rest(
-    decoder: &Decoder<'_>,
+pub(super) fn label_rest<'a>(
+    decoder: &Decoder<'a>,
     known: &[Option<Numbers>],
     links: &[Link],
-) -> Vec<(usize, Label)> {
+) -> Vec<'a, (usize, Label)> {
+    let bump = decoder.bump;
     let free = |node: usize| known[node].is_none();
-    let among: Vec<Link> = links
-        .iter()
-        .copied()
-        .filter(|link| free(link.a) && free(link.b))
-        .collect();
+    let among = links.iter().filter(|link| free(link.a) && free(link.b));
+    let among = Vec::from_iter_in(among.copied(), bump);
+    let mut taken = Vec::from_iter_in(known.iter().copied().flatten(), bump);
+    taken.sort_unstable();
     let rest = Rest {
         decoder,
-        taken: known.iter().copied().flatten().collect(),
-        beside: implied(known, links),
+        taken: &taken,
+        beside: &implied(known, links, bump),
     };
-    let (among, patches) = patches_of(among, known.len());
+    let (among, patches) = patches_of(among, known.len(), bump);
     let decoder = Decoder {
         links: &among,
         ..*decoder
     };
-    let alone = (0..known.len())
-        .filter(|&node| free(node) && !patches.iter().any(|p| p.nodes.contains(&node)))
-        .map(Patch::single);
-    let parts = patches.iter().flat_map(|patch| decoder.parts(patch));
-    parts
-        .chain(alone)
-        .flat_map(|part| rest.label(&part))
-        .collect()
+    let mut labels = Vec::new_in(bump);
+    let mut alone = Vec::from_iter_in((0..known.len()).map(free), bump);
+    for patch in &patches {
+        patch.nodes.iter().for_each(|&node| alone[node] = false);
+        for part in &decoder.parts(patch) {
+            rest.label(part, &mut labels);
+        }
+    }
+    for node in (0..known.len()).filter(|&node| alone[node]) {
+        rest.label(&Patch::single(node, bump), &mut labels);
+    }
+    labels
 }
 
 /// For each crossing the numbers that its labelled neighbours give it.
-fn implied(known: &[Option<Numbers>], links: &[Link]) -> Vec<Vec<Numbers>> {
-    let mut implied = vec![Vec::new(); known.len()];
+fn implied<'a>(
+    known: &[Option<Numbers>],
+    links: &[Link],
+    bump: &'a Bump,
+) -> Vec<'a, Vec<'a, Numbers>> {
+    let mut implied = Vec::from_iter_in(known.iter().map(|_| Vec::new_in(bump)), bump);
     for link in links {
         for (from, to, step) in [(link.a, link.b, 1), (link.b, link.a, -1)] {
             if let (Some((flat, steep)), None) = (known[from], known[to]) {
@@ -70,25 +77,24 @@ fn implied(known: &[Option<Numbers>], links: &[Link]) -> Vec<Vec<Numbers>> {
     implied
 }
 
-struct Rest<'a> {
-    decoder: &'a Decoder<'a>,
-    taken: BTreeSet<Numbers>,
-    beside: Vec<Vec<Numbers>>,
+struct Rest<'d, 'a> {
+    decoder: &'d Decoder<'a>,
+    /// In order.
+    taken: &'d [Numbers],
+    beside: &'d [Vec<'a, Numbers>],
 }
 
-impl Rest<'_> {
-    fn label(&self, part: &Patch) -> Vec<(usize, Label)> {
-        let Some((offsets, certainty)) = self.place(part) else {
-            return Vec::new();
-        };
-        let label = |(node, place)| {
-            let label = self.decoder.label_one(node, place, offsets, certainty);
-            (node, label)
-        };
-        part.members().map(label).collect()
+impl Rest<'_, '_> {
+    fn label(&self, part: &Patch<'_>, labels: &mut Vec<'_, (usize, Label)>) {
+        if let Some((offsets, certainty)) = self.place(part) {
+            labels.extend(part.members().map(|(node, place)| {
+                let label = self.decoder.label_one(node, place, offsets, certainty);
+                (node, label)
+            }));
+        }
     }
 
-    fn place(&self, part: &Patch) -> Option<([i32; 2], f64)> {
+    fn place(&self, part: &Patch<'_>) -> Option<([i32; 2], f64)> {
         let decoder = self.decoder;
         let places = Axis::BOTH.map(|family| {
             let lines = decoder.evidence(family, part.members());
@@ -119,12 +125,12 @@ impl Rest<'_> {
     }
 
     /// What the labelled neighbours speak against these offsets, and places that are taken, in nats.
-    fn neighbour_cost(&self, part: &Patch, [flat, steep]: [i32; 2]) -> f32 {
+    fn neighbour_cost(&self, part: &Patch<'_>, [flat, steep]: [i32; 2]) -> f32 {
         let settings = self.decoder.settings;
         let cost = |(node, place): (usize, (i32, i32))| {
             let numbers = (place.0 + flat, place.1 + steep);
             let others = self.beside[node].iter().filter(|&&n| n != numbers).count();
-            let taken = f64::from(u8::from(self.taken.contains(&numbers)));
+            let taken = f64::from(u8::from(self.taken.binary_search(&numbers).is_ok()));
             settings.cut_nats * others as f64 + 2.0 * settings.margin_nats * taken
         };
         part.members().map(cost).sum::<f64>() as f32
@@ -143,12 +149,12 @@ mod tests {
     /// A column of crossings, the first in row 4, column 9, that look like what the code has there.
     struct Chain {
         colours: Colours,
-        links: Vec<Link>,
-        known: Vec<Option<Numbers>>,
+        links: std::vec::Vec<Link>,
+        known: std::vec::Vec<Option<Numbers>>,
     }
 
     fn grid() -> Grid {
-        let colours: Vec<Rgb> = (0..4).map(|k| Rgb([k, 0, 0])).collect();
+        let colours: std::vec::Vec<Rgb> = (0..4).map(|k| Rgb([k, 0, 0])).collect();
         Grid::coded(15, 15, 2, 2, &colours).unwrap()
     }
 
@@ -168,17 +174,17 @@ mod tests {
             colours: Colours {
                 rows: (0..length).map(|k| evidence(Axis::Row, 4 + k)).collect(),
                 columns: (0..length).map(|_| evidence(Axis::Column, 9)).collect(),
-                responses: Vec::new(),
+                responses: std::vec::Vec::new(),
             },
             links: (1..length)
                 .map(|k| Link::new(k - 1, k, Axis::Column))
                 .collect(),
-            known: vec![None; length],
+            known: std::vec![None; length],
         }
     }
 
     /// Numbers that the chain gets when lines lie on their epipolar line where `near` says so.
-    fn read(chain: &Chain, near: impl Fn(u16, u16) -> bool) -> Vec<Option<(u16, u16)>> {
+    fn read(chain: &Chain, near: impl Fn(u16, u16) -> bool) -> std::vec::Vec<Option<(u16, u16)>> {
         let grid = grid();
         let codes = Axis::BOTH.map(|family| Orientation::ALL[0].code(&grid, family));
         let distance = |_, flat, steep| Some(if near(flat, steep) { 0.1 } else { 4.0 });
@@ -189,8 +195,9 @@ mod tests {
             settings: &DecodeSettings::default(),
             epipolar: Some(&distance),
             expected: None,
+            bump: &Bump::new(),
         };
-        let mut numbers = vec![None; chain.known.len()];
+        let mut numbers = std::vec![None; chain.known.len()];
         for (node, label) in label_rest(&decoder, &chain.known, &chain.links) {
             if let Label::Known { flat, steep, .. } = label {
                 numbers[node] = Some((flat, steep));

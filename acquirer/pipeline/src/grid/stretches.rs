@@ -7,12 +7,14 @@
 
 use std::ops::Range;
 
+use bumpalo::{Bump, collections::Vec as BumpVec};
 use shared::{geometry::CameraPixel, pattern::Axis};
 
 use super::{DecodedCrossing, DropReason, LinePoint, LineTrack, find::Outcome};
 use crate::{
     crossings::Crossings,
     lines::{Family, Track},
+    spare::Spare,
 };
 
 /// Where a line ends its ridge has half the strength that it has inside; with this share it is inside by about half
@@ -32,17 +34,55 @@ struct Known {
     confidence: f64,
 }
 
+/// Writes stretches one after the other, in the memory of those of the frame before.
+pub(super) struct Stretches<'a> {
+    all: &'a mut std::vec::Vec<LineTrack>,
+    spare: &'a mut Spare<LineTrack>,
+    count: usize,
+}
+
+impl<'a> Stretches<'a> {
+    pub(super) fn new(
+        all: &'a mut std::vec::Vec<LineTrack>,
+        spare: &'a mut Spare<LineTrack>,
+    ) -> Self {
+        Self {
+            all,
+            spare,
+            count: 0,
+        }
+    }
+
+    /// A new stretch without points.
+    fn begin(&mut self, axis: Axis, line: Option<u16>) -> &mut LineTrack {
+        if self.count == self.all.len() {
+            self.spare.resize(self.all, self.count + 1);
+        }
+        let stretch = &mut self.all[self.count];
+        self.count += 1;
+        (stretch.axis, stretch.line) = (axis, line);
+        stretch.points.clear();
+        stretch
+    }
+
+    /// Leaves out what the frame before had more.
+    pub(super) fn end(self) {
+        self.spare.resize(self.all, self.count);
+    }
+}
+
 /// The tracks of the picture's `family`, which are the pattern's lines of direction `axis`, cut where their number
 /// changes between two crossings.
 pub(super) fn find_stretches(
     (family, axis): (Axis, Axis),
     lines: &Family,
-    crossings: &Crossings,
-    outcome: &[Outcome],
-) -> Vec<LineTrack> {
-    let mut found = Vec::new();
+    (crossings, outcome): (&Crossings, &[Outcome]),
+    bump: &Bump,
+    stretches: &mut Stretches<'_>,
+) {
+    let mut known = BumpVec::new_in(bump);
     for (track, on) in lines.tracks.iter().zip(crossings.on(family)) {
-        let known = on.iter().filter_map(|&k| {
+        let of_crossing = on.iter().filter_map(|&k| {
             let along = crossings.all[k].along(family);
             match &outcome[k] {
                 Ok(crossing) => Some(Known {
@@ -60,10 +100,11 @@ pub(super) fn find_stretches(
                 Err(_) => None,
             }
         });
-        let known: Vec<Known> = known.collect();
-        found.extend(cut(track, (family, axis), &known, 0.5 * lines.width_px));
+        known.clear();
+        known.extend(of_crossing);
+        let half_width_px = 0.5 * lines.width_px;
+        cut(track, (family, axis), &known, half_width_px, stretches);
     }
-    found
 }
 
 /// One track as stretches of one line number each.
@@ -72,10 +113,12 @@ fn cut(
     (family, axis): (Axis, Axis),
     known: &[Known],
     half_width_px: f64,
-) -> Vec<LineTrack> {
-    let mut stretches: Vec<LineTrack> = Vec::new();
+    stretches: &mut Stretches<'_>,
+) {
     let mut next = 0;
-    for (along, across) in unfaded(&track.strength).flat_map(|run| every_pixel(track, run)) {
+    let mut open: Option<&mut LineTrack> = None;
+    let pixels = unfaded(&track.strength).flat_map(|run| every_pixel(track, run));
+    for (along, across) in pixels {
         while next < known.len() && known[next].along < along {
             next += 1;
         }
@@ -95,22 +138,17 @@ fn cut(
             Axis::Row => CameraPixel::new(along, across),
             Axis::Column => CameraPixel::new(across, along),
         };
-        if stretches.last().is_none_or(|stretch| stretch.line != line) {
-            stretches.push(LineTrack {
-                axis,
-                line,
-                points: Vec::new(),
-            });
-        }
-        if let Some(stretch) = stretches.last_mut() {
-            stretch.points.push(LinePoint {
-                position,
-                half_width_px,
-                confidence,
-            });
-        }
+        let stretch = match open.take() {
+            Some(stretch) if stretch.line == line => stretch,
+            _ => stretches.begin(axis, line),
+        };
+        stretch.points.push(LinePoint {
+            position,
+            half_width_px,
+            confidence,
+        });
+        open = Some(stretch);
     }
-    stretches
 }
 
 /// Positions along and across in the middle of every camera pixel of an unbroken run of samples, linear between them.
@@ -134,24 +172,27 @@ fn every_pixel(track: &Track, run: Range<usize>) -> impl Iterator<Item = (f64, f
 
 /// The unbroken runs of measured samples of a track without their faded ends.
 fn unfaded(strength: &[f32]) -> impl Iterator<Item = Range<usize>> {
-    let mut runs = Vec::new();
     let mut start = 0;
-    while start < strength.len() {
-        let length = strength[start..].iter().take_while(|s| **s > 0.0).count();
-        let run = &strength[start..start + length];
+    std::iter::from_fn(move || {
+        let rest = strength.get(start..).filter(|rest| !rest.is_empty())?;
+        let length = rest.iter().take_while(|s| **s > 0.0).count();
+        let run = &rest[..length];
         let head = faded(run.iter().copied());
         let tail = faded(run.iter().rev().copied());
-        runs.push(start + head..start + length.saturating_sub(tail).max(head));
+        let kept = start + head..start + length.saturating_sub(tail).max(head);
         start += length + 1;
-    }
-    runs.into_iter()
+        Some(kept)
+    })
 }
 
 /// Points at the beginning of a run that are weak beside those further inside.
 fn faded(run: impl Iterator<Item = f32> + Clone) -> usize {
-    let mut inside: Vec<f32> = run.clone().take(INSIDE).collect();
-    inside.sort_by(f32::total_cmp);
-    let Some(&middle) = inside.get(inside.len() / 2) else {
+    let mut inside = [0.0; INSIDE];
+    let places = inside.iter_mut().zip(run.clone());
+    let count = places.map(|(place, strength)| *place = strength).count();
+    let inside = &mut inside[..count];
+    inside.sort_unstable_by(f32::total_cmp);
+    let Some(&middle) = inside.get(count / 2) else {
         return 0;
     };
     run.take_while(|&s| s < FADED_SHARE * middle).count()

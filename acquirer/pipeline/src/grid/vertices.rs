@@ -6,6 +6,7 @@
 //! half a known width beside the middle. Blur moves neither middles nor distances, so nothing is biased
 //! outward. At a fold of the surface the two sides' scales are mixed quietly.
 
+use bumpalo::{Bump, collections::Vec, vec};
 use nalgebra::Vector2;
 use shared::{
     geometry::CameraPixel,
@@ -20,19 +21,19 @@ type Neighbour = (usize, i16);
 
 /// Neighbours of each crossing along both lines: (before, after).
 #[derive(Debug)]
-pub(super) struct Neighbours {
-    along_rows: Vec<[Option<Neighbour>; 2]>,
-    along_columns: Vec<[Option<Neighbour>; 2]>,
+pub(super) struct Neighbours<'a> {
+    along_rows: Vec<'a, [Option<Neighbour>; 2]>,
+    along_columns: Vec<'a, [Option<Neighbour>; 2]>,
 }
 
-impl Neighbours {
+impl<'a> Neighbours<'a> {
     /// The neighbours that these links join, so many lines apart.
-    pub(super) fn new<'a>(crossings: usize, links: impl Iterator<Item = (&'a Link, i16)>) -> Self {
+    pub(super) fn new(crossings: usize, links: &[(&Link, i16)], bump: &'a Bump) -> Self {
         let mut found = Self {
-            along_rows: vec![[None; 2]; crossings],
-            along_columns: vec![[None; 2]; crossings],
+            along_rows: vec![in bump; [None; 2]; crossings],
+            along_columns: vec![in bump; [None; 2]; crossings],
         };
-        for (link, step) in links {
+        for &(link, step) in links {
             let along = match link.along {
                 Axis::Row => &mut found.along_rows,
                 Axis::Column => &mut found.along_columns,
@@ -114,7 +115,7 @@ pub(super) fn find_vertices(
     node: usize,
     (flat, steep): (u16, u16),
     crossings: &Crossings,
-    neighbours: &Neighbours,
+    neighbours: &Neighbours<'_>,
     placement: &Placement<'_>,
 ) -> [CameraPixel; 4] {
     let crossing = &crossings.all[node];
@@ -158,7 +159,7 @@ fn scale(
     node: usize,
     along: Axis,
     crossings: &Crossings,
-    neighbours: &Neighbours,
+    neighbours: &Neighbours<'_>,
     distance: impl Fn(i16) -> f64,
 ) -> Option<Vector2<f64>> {
     let at = |k: usize| Vector2::new(crossings.all[k].centre.x, crossings.all[k].centre.y);

@@ -37,6 +37,8 @@ pub struct Reader {
     size: Option<RasterSize>,
     /// Linear light of the coded grid's colours.
     colours: Vec<[f32; 3]>,
+    /// Linear light of the unary grid's colour.
+    unary_colour: [f32; 3],
     decoding: Decoding,
     dark_cells: DarkCells,
     stale: StaleTiles,
@@ -133,6 +135,7 @@ impl Reader {
             references,
             size: black.first().or(white.first()).map(size),
             colours: nominal(projected.pattern.coded.colours()),
+            unary_colour: nominal_response(projected.pattern.unary),
             decoding: Decoding::new(&projected.pattern.coded),
             projected: projected.clone(),
             calibration: calibration.cloned(),
@@ -190,7 +193,7 @@ impl Reader {
         let has_unary = !unary.is_empty();
         let mut coded = light(coded, for_coded);
         let unary = has_unary.then(|| light(unary, for_unary));
-        let colour = nominal_response(self.projected.pattern.unary);
+        let colour = self.unary_colour;
         if let Some(unary) = &unary {
             coded.take_white_from(unary, colour);
         }
@@ -294,8 +297,7 @@ impl Reader {
         let mut from_coded = bare(coded);
         let from_unary = bare(if unary.is_empty() { coded } else { unary });
         if !unary.is_empty() {
-            let colour = nominal_response(self.projected.pattern.unary);
-            from_coded.take_white_from(&from_unary, colour);
+            from_coded.take_white_from(&from_unary, self.unary_colour);
         }
         [&from_coded, &from_unary].map(|light| stale.mend(&self.references, &dark, &light.white))
     }

@@ -53,8 +53,8 @@ impl<'a> Stretches<'a> {
         }
     }
 
-    /// A new stretch without points.
-    fn begin(&mut self, axis: Axis, line: Option<u16>) -> &mut LineTrack {
+    /// A new stretch without points; it will have no more than `most`.
+    fn begin(&mut self, axis: Axis, line: Option<u16>, most: usize) -> &mut LineTrack {
         if self.count == self.all.len() {
             self.spare.resize(self.all, self.count + 1);
         }
@@ -62,6 +62,7 @@ impl<'a> Stretches<'a> {
         self.count += 1;
         (stretch.axis, stretch.line) = (axis, line);
         stretch.points.clear();
+        stretch.points.reserve(most); // it may have been a shorter one in the frame before
         stretch
     }
 
@@ -115,6 +116,7 @@ fn cut(
     half_width_px: f64,
     stretches: &mut Stretches<'_>,
 ) {
+    let most = (track.across.capacity() as f64 * track.spacing_px).ceil() as usize;
     let mut next = 0;
     let mut open: Option<&mut LineTrack> = None;
     let pixels = unfaded(&track.strength).flat_map(|run| every_pixel(track, run));
@@ -140,7 +142,7 @@ fn cut(
         };
         let stretch = match open.take() {
             Some(stretch) if stretch.line == line => stretch,
-            _ => stretches.begin(axis, line),
+            _ => stretches.begin(axis, line, most),
         };
         stretch.points.push(LinePoint {
             position,

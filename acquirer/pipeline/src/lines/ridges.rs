@@ -68,10 +68,11 @@ pub(super) fn find_ridges(
         Axis::Row => (height + 1).div_ceil(STRIP),
         Axis::Column => along.div_ceil(STRIP),
     };
-    ridges.strips.resize_with(strips, Strip::default);
-    let strips = ridges.strips.par_iter_mut().enumerate();
+    let most = strips.max(ridges.strips.len()); // the other family may need more of them
+    ridges.strips.resize_with(most, Strip::default);
+    ridges.strips.iter_mut().for_each(|s| s.found.clear());
+    let strips = ridges.strips[..strips].par_iter_mut().enumerate();
     strips.for_each(|(k, strip)| {
-        strip.found.clear();
         if width >= 3 && height >= 3 && along > 0 {
             wide(StripPass {
                 pass: &pass,

@@ -16,13 +16,17 @@ pub struct Track {
 }
 
 impl Track {
-    /// Becomes the beginning of another one, in its own memory.
-    pub(super) fn copy_from(&mut self, other: &Self, samples: usize) {
+    /// Becomes another one, with room for as many samples as that has.
+    pub(super) fn copy_from(&mut self, other: &Self) {
         (self.start, self.spacing_px) = (other.start, other.spacing_px);
-        self.across.clear();
-        self.across.extend_from_slice(&other.across[..samples]);
-        self.strength.clear();
-        self.strength.extend_from_slice(&other.strength[..samples]);
+        for (list, others) in [
+            (&mut self.across, &other.across),
+            (&mut self.strength, &other.strength),
+        ] {
+            list.clear();
+            list.reserve(others.capacity());
+            list.extend_from_slice(others);
+        }
     }
 
     /// One past the last sample.
@@ -154,13 +158,18 @@ impl Recent {
 }
 
 impl Growing {
-    fn begin(&mut self, start: usize, spacing_px: f64, ridge: &Ridge) {
+    /// Begins anew at a ridge; no line has more than so many samples.
+    fn begin(&mut self, start: usize, ridge: &Ridge, (spacing_px, most): (f64, usize)) {
         let track = &mut self.track;
         (track.start, track.spacing_px) = (start, spacing_px);
-        track.across.clear();
-        track.across.push(ridge.across);
-        track.strength.clear();
-        track.strength.push(ridge.strength);
+        for (list, value) in [
+            (&mut track.across, ridge.across),
+            (&mut track.strength, ridge.strength),
+        ] {
+            list.clear();
+            list.reserve(most); // it may have been a shorter line in the frame before
+            list.push(value);
+        }
         (self.strong, self.slope) = (1, 0.0);
         self.recent = Recent::default();
         self.recent.push(&[ridge.across]);
@@ -236,11 +245,11 @@ impl Followed {
         &self.begun[self.done[k]].track
     }
 
-    fn begin(&mut self, along: usize, spacing_px: f64, ridge: &Ridge) {
+    fn begin(&mut self, along: usize, ridge: &Ridge, size: (f64, usize)) {
         if self.count == self.begun.len() {
             self.begun.push(Growing::default());
         }
-        self.begun[self.count].begin(along, spacing_px, ridge);
+        self.begun[self.count].begin(along, ridge, size);
         self.growing.push(self.count);
         self.count += 1;
     }
@@ -268,7 +277,7 @@ impl Followed {
             self.grow(row, along, gate);
             for (k, ridge) in row.iter().enumerate() {
                 if ridge.strong && !self.ridge_taken[k] {
-                    self.begin(along, spacing_px, ridge);
+                    self.begin(along, ridge, (spacing_px, ridges.len()));
                 }
             }
         }

@@ -118,24 +118,21 @@ fn cut(
 ) {
     let most = (track.across.capacity() as f64 * track.spacing_px).ceil() as usize;
     let mut next = 0;
+    let between = |next: usize| {
+        let before = next.checked_sub(1).map(|k| known[k]);
+        Between::new((before, known.get(next).copied()), half_width_px)
+    };
+    let mut around = between(next);
     let mut open: Option<&mut LineTrack> = None;
     let pixels = unfaded(&track.strength).flat_map(|run| every_pixel(track, run));
     for (along, across) in pixels {
-        while next < known.len() && known[next].along < along {
-            next += 1;
-        }
-        let around = (
-            next.checked_sub(1).map(|k| known[k]),
-            known.get(next).copied(),
-        );
-        let (line, half_width_px, confidence) = match around {
-            (Some(a), Some(b)) if a.line.is_some() && a.line == b.line => {
-                let share = (along - a.along) / (b.along - a.along).max(1e-9);
-                let half_width_px = a.half_width_px + share * (b.half_width_px - a.half_width_px);
-                (a.line, half_width_px, a.confidence.min(b.confidence))
+        if next < known.len() && known[next].along < along {
+            while next < known.len() && known[next].along < along {
+                next += 1;
             }
-            _ => (None, half_width_px, 0.0),
-        };
+            around = between(next);
+        }
+        let line = around.line;
         let position = match family {
             Axis::Row => CameraPixel::new(along, across),
             Axis::Column => CameraPixel::new(across, along),
@@ -146,10 +143,44 @@ fn cut(
         };
         stretch.points.push(LinePoint {
             position,
-            half_width_px,
-            confidence,
+            half_width_px: around.half_width_px(along),
+            confidence: around.confidence,
         });
         open = Some(stretch);
+    }
+}
+
+/// What holds between two crossings that say something about a line's number.
+struct Between {
+    line: Option<u16>,
+    confidence: f64,
+    /// A position along, half the line's width there, and by how much that grows per pixel.
+    width: (f64, f64, f64),
+}
+
+impl Between {
+    fn new(around: (Option<Known>, Option<Known>), half_width_px: f64) -> Self {
+        match around {
+            (Some(a), Some(b)) if a.line.is_some() && a.line == b.line => {
+                let way = (b.along - a.along).max(1e-9);
+                let growth = (b.half_width_px - a.half_width_px) / way;
+                Self {
+                    line: a.line,
+                    confidence: a.confidence.min(b.confidence),
+                    width: (a.along, a.half_width_px, growth),
+                }
+            }
+            _ => Self {
+                line: None,
+                confidence: 0.0,
+                width: (0.0, half_width_px, 0.0),
+            },
+        }
+    }
+
+    fn half_width_px(&self, along: f64) -> f64 {
+        let (from, half_width_px, growth) = self.width;
+        half_width_px + (along - from) * growth
     }
 }
 
@@ -162,9 +193,10 @@ fn every_pixel(track: &Track, run: Range<usize>) -> impl Iterator<Item = (f64, f
     } else {
         pixel(run.start).ceil() as i64..pixel(last).floor() as i64 + 1
     };
+    let (first, samples_per_px) = (track.along(run.start), 1.0 / track.spacing_px);
     pixels.map(move |pixel| {
         let along = pixel as f64 + 0.5;
-        let sample = (along - track.along(run.start)) / track.spacing_px;
+        let sample = (along - first) * samples_per_px;
         let before = (run.start + sample as usize).min(last);
         let after = (before + 1).min(last);
         let [a, b] = [before, after].map(|k| f64::from(track.across[k]));

@@ -125,6 +125,8 @@ struct Pass<'a> {
     boxes: Boxes,
     along: AlongKernel,
     limit: RidgeLimit,
+    /// A ridge of this strength is strong whatever the noise there.
+    enough: f32,
     /// Smallest fall of the raw derivative that may be a ridge.
     least_fall: f32,
     strength_per_fall: f32,
@@ -145,6 +147,7 @@ impl<'a> Pass<'a> {
             boxes,
             along,
             limit,
+            enough: limit.always_enough(),
             least_fall: WEAK_SHARE * limit.least / strength_per_fall,
             strength_per_fall,
             beside: BESIDE_WIDTHS.map(|widths| (widths * width).round() as usize),
@@ -182,7 +185,7 @@ impl<'a> Pass<'a> {
             each_marked(marks, |at| {
                 if self.stands_alone(at, width, |k| smooth[pad + k]) {
                     let across = self.position(at, spare[at], spare[at + 1]);
-                    let power = power[(across as usize).min(width - 1)];
+                    let power = || power[(across as usize).min(width - 1)];
                     let ridge = self.ridge(across, spare[at] - spare[at + 1], power);
                     found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                 }
@@ -229,8 +232,10 @@ impl<'a> Pass<'a> {
                         let (before, after) = (upper[column], lower[column]);
                         let across = self.position(first + k, before, after);
                         let sample = block + column;
-                        let power = self.image.power.row(across as usize);
-                        let power = power[self.along.middle(sample)];
+                        let power = || {
+                            let row = self.image.power.row(across as usize);
+                            row[self.along.middle(sample)]
+                        };
                         let ridge = self.ridge(across, before - after, power);
                         found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                     }
@@ -273,14 +278,22 @@ impl<'a> Pass<'a> {
         })
     }
 
+    /// The ridge of a fall if it is strong enough for the `power` there, which seldom has to be looked at.
     #[inline(always)]
-    fn ridge(&self, across: f32, fall: f32, power: f32) -> Option<Ridge> {
+    fn ridge(&self, across: f32, fall: f32, power: impl Fn() -> f32) -> Option<Ridge> {
         let strength = self.strength_per_fall * fall;
-        let noise = self.limit.above_noise(power);
-        (strength > WEAK_SHARE * noise).then(|| Ridge {
+        let (kept, strong) = if strength > self.enough {
+            (true, true)
+        } else {
+            let power = power();
+            let noise = self.limit.above_noise(power);
+            let strong = strength > self.limit.strength(power);
+            (strength > WEAK_SHARE * noise, strong)
+        };
+        kept.then(|| Ridge {
             across: across * self.image.bin as f32,
             strength,
-            strong: strength > self.limit.strength(power),
+            strong,
         })
     }
 }

@@ -116,6 +116,8 @@ struct Growing {
     strong: usize,
     slope: f32,
     recent: Recent,
+    /// Number of its last ridge among those of its sample.
+    place: usize,
 }
 
 /// Sums over the last points of a track, for their least-squares slope.
@@ -245,10 +247,11 @@ impl Followed {
         &self.begun[self.done[k]].track
     }
 
-    fn begin(&mut self, along: usize, ridge: &Ridge, size: (f64, usize)) {
+    fn begin(&mut self, along: usize, (place, ridge): (usize, &Ridge), size: (f64, usize)) {
         if self.count == self.begun.len() {
             self.begun.push(Growing::default());
         }
+        self.begun[self.count].place = place;
         self.begun[self.count].begin(along, ridge, size);
         self.growing.push(self.count);
         self.count += 1;
@@ -277,7 +280,7 @@ impl Followed {
             self.grow(row, along, gate);
             for (k, ridge) in row.iter().enumerate() {
                 if ridge.strong && !self.ridge_taken[k] {
-                    self.begin(along, ridge, (spacing_px, ridges.len()));
+                    self.begin(along, (k, ridge), (spacing_px, ridges.len()));
                 }
             }
         }
@@ -329,7 +332,9 @@ impl Followed {
         for &(_, track, ridge) in &*pairs {
             if !track_taken[track] && !ridge_taken[ridge] {
                 (track_taken[track], ridge_taken[ridge]) = (true, true);
-                begun[growing[track]].push(along, &row[ridge]);
+                let track = &mut begun[growing[track]];
+                track.push(along, &row[ridge]);
+                track.place = ridge;
             }
         }
     }
@@ -344,7 +349,7 @@ impl Followed {
             let reach = gate.px + GATE_PER_PX * (way_px - 1.0);
             let across = &growing.track.across;
             let last = across[across.len() - 1];
-            let first = row.partition_point(|ridge| ridge.across < predicted - reach);
+            let first = first_from(row, predicted - reach, growing.place);
             for (r, ridge) in row.iter().enumerate().skip(first) {
                 if ridge.across > predicted + reach {
                     break;
@@ -366,6 +371,18 @@ struct Gate {
     /// In the next pixel.
     px: f32,
     spacing_px: f32,
+}
+
+/// Number of the first ridge from a position on; it is looked for from `near` on.
+fn first_from(row: &[Ridge], across: f32, near: usize) -> usize {
+    let mut first = near.min(row.len());
+    while first > 0 && row[first - 1].across >= across {
+        first -= 1;
+    }
+    while first < row.len() && row[first].across < across {
+        first += 1;
+    }
+    first
 }
 
 /// Whether two pairs share a track or a ridge; pairs come track by track. `seen` has a place for each ridge.

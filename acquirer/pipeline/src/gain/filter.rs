@@ -201,8 +201,8 @@ impl<V: Copy> Best<V> {
     fn take<S: Simd<f32s = V>>(&mut self, simd: S, signal: V, power: V) {
         let gains = simd.mul_f32s(signal, self.power);
         let better = simd.greater_than_f32s(gains, simd.mul_f32s(self.signal, power));
-        self.signal = simd.select_f32s(better, signal, self.signal);
-        self.power = simd.select_f32s(better, power, self.power);
+        self.signal = select(simd, better, signal, self.signal);
+        self.power = select(simd, better, power, self.power);
     }
 
     /// The best of the colours of whole channels, which need no multiplications.
@@ -258,6 +258,13 @@ impl<V: Copy> Best<V> {
             );
         }
     }
+}
+
+/// As pulp's own, which is not always inlined and then not compiled for wide registers.
+#[inline(always)]
+fn select<S: Simd>(simd: S, mask: S::m32s, if_true: S::f32s, if_false: S::f32s) -> S::f32s {
+    let (if_true, if_false) = (pulp::cast(if_true), pulp::cast(if_false));
+    pulp::cast(simd.select_u32s(mask, if_true, if_false))
 }
 
 #[inline(always)]

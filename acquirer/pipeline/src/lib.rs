@@ -41,6 +41,7 @@ pub mod result;
 
 pub mod densify;
 
+mod levels;
 mod pictures;
 mod reader;
 mod settings;

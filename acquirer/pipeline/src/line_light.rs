@@ -12,6 +12,7 @@ use image::RgbImage;
 use super::{
     channels::Channels,
     gain::GainSettings,
+    levels::Level,
     plane::Plane,
     reference::{NoiseLaw, References},
     response::{CLIPPED_LIGHT, Light, Response},
@@ -35,6 +36,8 @@ pub struct LineLight<'a> {
     pub white_is_measured: bool,
     /// The camera's noise.
     pub noise: NoiseLaw,
+    /// `black`, `white` and `clipped` once more, side by side; may be empty.
+    pub(super) levels: &'a [Level],
 }
 
 /// Linear light at some pixels of a grid capture.
@@ -74,6 +77,7 @@ impl<'a> LineLight<'a> {
             clipped: &references.clipped,
             white_is_measured: white.is_some(),
             noise: references.noise,
+            levels: &references.levels,
         };
         light.white = match white {
             Some(white) => Cow::Borrowed(white),
@@ -187,6 +191,16 @@ pub struct Looker<'a> {
 }
 
 impl Looker<'_> {
+    /// Black and white light of a pixel, and where they were clipped.
+    #[inline(always)]
+    fn references(&self, at: usize) -> ([f32; 3], [f32; 3], u8) {
+        if let Some(level) = self.light.levels.get(at) {
+            return (level.black(), level.white(), level.clipped);
+        }
+        let bits = self.light.clipped.get(at).copied().unwrap_or(0);
+        (self.blacks.map(|b| b[at]), self.whites.map(|w| w[at]), bits)
+    }
+
     /// The mean light at some pixels, numbered row by row. All errors but the clipped ones' are linear in the light,
     /// so that the mean's is theirs; neighbouring pixels share most of it.
     #[must_use]
@@ -197,12 +211,12 @@ impl Looker<'_> {
         let mut white_clipped = [0; 3];
         for at in pixels {
             let light = self.light.response.light_at(self.light.frames, at);
-            let bits = self.light.clipped.get(at).copied().unwrap_or(0);
+            let (black, white, bits) = self.references(at);
             for c in 0..3 {
                 brightest[c] = brightest[c].max(light[c]);
                 seen[c] += light[c].min(1.0);
-                blacks[c] += self.blacks[c][at];
-                whites[c] += self.whites[c][at];
+                blacks[c] += black[c];
+                whites[c] += white[c];
                 white_clipped[c] += bits >> c & 1;
             }
         }

@@ -289,6 +289,7 @@ impl Reader {
             white: None,
             clipped: Vec::new(),
             noise: self.references.noise,
+            levels: Vec::new(),
         };
         let bare = |frames| {
             let captures = (frames, &self.response);

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     channels::Channels,
+    levels::{Level, levels},
     plane::Plane,
     response::{Light, Response},
     tiles::Tiles,
@@ -73,6 +74,8 @@ pub struct References {
     pub clipped: Vec<u8>,
     /// The camera's noise.
     pub noise: NoiseLaw,
+    /// Black and white once more, side by side; empty when one of them was not captured.
+    pub(super) levels: Vec<Level>,
 }
 
 /// Finds the references of one stage. White counts only beside black.
@@ -96,7 +99,9 @@ pub fn find_references(
         bits.for_each(|(bit, other)| *bit |= other);
     }
     let white = lit.map(|light| white_above(light.channels, black.as_ref(), &clipped));
+    let both = black.as_ref().zip(white.as_ref());
     References {
+        levels: both.map_or_else(Vec::new, |(k, w)| levels(k, w, &clipped)),
         black,
         white,
         clipped,

@@ -193,7 +193,13 @@ impl StaleTiles {
         black: &Light,
         white: &Channels,
     ) -> References {
-        let mut mended = references.clone();
+        let mut mended = References {
+            black: references.black.clone(),
+            white: references.white.clone(),
+            clipped: references.clipped.clone(),
+            noise: references.noise,
+            levels: Vec::new(), // they are not those any more
+        };
         for c in 0..3 {
             if let Some(light) = &mut mended.black {
                 self.replace(&mut light.channels[c], &black.channels[c]);

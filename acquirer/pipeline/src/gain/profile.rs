@@ -1,5 +1,7 @@
 //! The gain along a stripe of the picture: enough to see how wide the lines are, before any gain image is made.
 
+use std::ops::Range;
+
 use pulp::Arch;
 use shared::pattern::Axis;
 
@@ -69,14 +71,11 @@ pub(crate) fn find_profile(
                 light
                     .response
                     .add_piece(light.frames, (y, columns.clone()), &mut sum);
+                let [black, white] = means(light, (y, columns.clone()));
                 for c in 0..3 {
-                    let mean = |row: &[f32]| {
-                        let pixels = row[columns.clone()].iter();
-                        pixels.fold(0.0, |sum, value| sum + share * value)
-                    };
                     sums[c][y] = sum[c];
-                    blacks[c][y] = mean(light.black.channels[c].row(y));
-                    whites[c][y] = mean(light.white[c].row(y));
+                    blacks[c][y] = black[c];
+                    whites[c][y] = white[c];
                 }
             }
         }
@@ -92,6 +91,27 @@ pub(crate) fn find_profile(
         gain: profile,
         power: &mut buffers.power,
     });
+}
+
+/// Mean black and white light of some neighbouring pixels of one row.
+fn means(light: &LineLight<'_>, (y, columns): (usize, Range<usize>)) -> [[f32; 3]; 2] {
+    let share = 1.0 / columns.len() as f32;
+    let mut means = [[0.0; 3]; 2];
+    for x in columns {
+        let at = y * light.width() + x;
+        let [black, white] = match light.levels.get(at) {
+            Some(level) => [level.black(), level.white()],
+            None => {
+                let [black, white] = [&light.black.channels, &*light.white];
+                [black, white].map(|channels| [0, 1, 2].map(|c| channels[c].values()[at]))
+            }
+        };
+        for c in 0..3 {
+            means[0][c] += share * black[c];
+            means[1][c] += share * white[c];
+        }
+    }
+    means
 }
 
 /// Adds a share of each value.

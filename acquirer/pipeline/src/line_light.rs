@@ -201,6 +201,21 @@ impl Looker<'_> {
         (self.blacks.map(|b| b[at]), self.whites.map(|w| w[at]), bits)
     }
 
+    /// Reads from each of these pixels, which are to be looked at next: they come from memory all at once then, not one
+    /// after the other.
+    #[inline]
+    pub(super) fn fetch(&self, pixels: impl Iterator<Item = usize>) {
+        let levels = self.light.levels;
+        let mut touched = 0;
+        for at in pixels {
+            for frame in self.light.frames {
+                touched ^= frame.as_raw().get(3 * at).copied().unwrap_or(0);
+            }
+            touched ^= levels.get(at).map_or(0, |level| level.clipped);
+        }
+        std::hint::black_box(touched);
+    }
+
     /// The mean light at some pixels, numbered row by row. All errors but the clipped ones' are linear in the light,
     /// so that the mean's is theirs; neighbouring pixels share most of it.
     #[must_use]

@@ -148,6 +148,8 @@ struct Units {
 
 /// Samples on one arm: more of them hardly tell more.
 const MOST_ON_ARM: usize = 9;
+/// Pixels of one sample, across the line.
+const ACROSS: usize = 3;
 /// Samples of one line at one crossing.
 const MOST_SAMPLES: usize = 2 * MOST_ON_ARM;
 
@@ -262,24 +264,32 @@ impl Sampler<'_> {
         let ways = [0, 1].map(|side| (arms.outer_px[side] - arms.inner_px).max(0.0));
         let step_px = (ways[0].max(ways[1]) / self.most_steps).max(self.least_step_px);
         let aside = (0.25 * family.width_px).clamp(1.0, 2.0);
-        let (mut count, mut clipped, mut sum) = (0, 0, Sample::default());
+        let mut places = [[(0, 0); ACROSS]; MOST_SAMPLES];
+        let mut found = 0;
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             if !arms.seen[side] {
                 continue;
             }
             for step in 0..=(ways[side] / step_px) as usize {
                 let at = along + sign * (arms.inner_px + step as f64 * step_px);
-                let Some(across) = track.at(at, 0.0) else {
-                    continue;
-                };
-                match self.sample(axis, (at, across), aside) {
-                    Some(sample) => {
-                        sum.add(&sample);
-                        samples[count] = sample;
-                        count += 1;
-                    }
-                    None => clipped += 1,
+                if let Some(across) = track.at(at, 0.0) {
+                    places[found] = self.pixels(axis, (at, across), aside);
+                    found += 1;
                 }
+            }
+        }
+        let places = &places[..found];
+        let numbers = places.as_flattened().iter();
+        self.looker.fetch(numbers.map(|&pixel| self.number(pixel)));
+        let (mut count, mut clipped, mut sum) = (0, 0, Sample::default());
+        for &pixels in places {
+            match self.sample(pixels) {
+                Some(sample) => {
+                    sum.add(&sample);
+                    samples[count] = sample;
+                    count += 1;
+                }
+                None => clipped += 1,
             }
         }
         Unit {
@@ -290,14 +300,22 @@ impl Sampler<'_> {
         }
     }
 
-    /// The mean of three pixels across the line; `None` where all channels are clipped.
-    fn sample(&self, axis: Axis, (along, across): (f64, f64), aside: f64) -> Option<Sample> {
-        let pixels = [-aside, 0.0, aside].map(|offset| match axis {
+    /// Pixels side by side across a line.
+    fn pixels(
+        &self,
+        axis: Axis,
+        (along, across): (f64, f64),
+        aside: f64,
+    ) -> [(usize, usize); ACROSS] {
+        [-aside, 0.0, aside].map(|offset| match axis {
             Axis::Row => self.pixel(along, across + offset),
             Axis::Column => self.pixel(across + offset, along),
-        });
-        let width = self.seen.light.width();
-        let light = self.looker.mean_at(pixels.map(|(x, y)| y * width + x));
+        })
+    }
+
+    /// The mean of pixels across the line; `None` where all channels are clipped.
+    fn sample(&self, pixels: [(usize, usize); ACROSS]) -> Option<Sample> {
+        let light = self.looker.mean_at(pixels.map(|pixel| self.number(pixel)));
         let gain = self.seen.gain.map_or(1.0, |image| {
             let sum: f32 = pixels.iter().map(|&(x, y)| image.at(x, y)).sum();
             (sum / pixels.len() as f32).clamp(0.1, 1.5)
@@ -307,6 +325,11 @@ impl Sampler<'_> {
             full: light.white.map(|white| gain * white),
             variance: light.variance,
         })
+    }
+
+    /// A pixel's number, row by row.
+    fn number(&self, (x, y): (usize, usize)) -> usize {
+        y * self.seen.light.width() + x
     }
 
     /// The pixel that holds a position, or the nearest one.

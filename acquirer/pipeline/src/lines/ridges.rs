@@ -201,8 +201,8 @@ impl<'a> Pass<'a> {
         let (pad, side, reach) = (self.boxes.pad(), self.boxes.side, self.boxes.reach());
         let rows = gain.height() + 2 * pad - reach - 1;
         let count = rows.saturating_sub(first).min(STRIP);
-        // rows above and below those of the derivatives, for what lies beside a ridge
-        let margin = (self.beside[1] + 1).saturating_sub(reach / 2);
+        // rows above and below those of the derivatives, for what lies beside a ridge and for the last step down
+        let margin = (self.beside[1] + 1).saturating_sub(reach / 2).max(1);
         let rows = count + 1 + reach + 2 * margin;
         let Strip {
             smooth,

@@ -145,7 +145,8 @@ impl Drawer<'_> {
             .first_finer_capture(&scan.pattern, Stage::Object, &GRID)?;
         let figure = label_map(&reading.grid, &scan.pattern.coded, &self.or_dark(seen));
         let name = format!("labels-object-{}", finer::name(scan));
-        let caption = "A finer grid with the object, decoded beside the known places of the coarser ones.";
+        let caption =
+            "A finer grid with the object, decoded beside the known places of the coarser ones.";
         self.save((&name, caption), &figure, Encoding::Jpeg)
             .map(Some)
     }

@@ -79,7 +79,15 @@ pub fn check_scan(dir: &Path) -> Result<CheckedScan, ScanError> {
     })
 }
 
-/// Writes the checksums of everything in a results folder, last of all: where the list is, the results are complete.
+/// Endings of the files that a run leaves; what else a person put there may change.
+const RESULTS: [&str; 5] = ["csv", "html", "json", "ply", "png"];
+
+fn is_result(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    ending.is_some_and(|ending| RESULTS.contains(&ending))
+}
+
+/// Writes the checksums of the files in a results folder, last of all: where the list is, the results are complete.
 ///
 /// # Errors
 /// A file that can't be read or written.
@@ -92,7 +100,7 @@ pub(crate) fn write_sums(dir: &Path) -> Result<(), ScanError> {
         };
         for entry in fs::read_dir(&folder).map_err(file_error)? {
             let path = entry.map_err(file_error)?.path();
-            if path.is_file() && path.file_name() != Some(SUMS.as_ref()) {
+            if path.is_file() && is_result(&path) {
                 files.push(path);
             }
         }

@@ -201,15 +201,13 @@ fn a_scan_with_a_finer_grid_keeps_the_base_tables_and_gets_its_own_and_one_dense
     let report = String::from_utf8(bytes(&dense, "report.html")).unwrap();
     assert!(report.contains("Finer grids"));
 
-    // without the finer captures their old results go
-    ScanFolder::open(&dense)
-        .unwrap()
-        .retake_finer(Stage::Object)
-        .unwrap();
-    ScanFolder::open(&dense)
-        .unwrap()
-        .retake_finer(Stage::Background)
-        .unwrap();
+    // a stage recorded anew has no finer captures, and their old results go
+    let mut folder = ScanFolder::open(&dense).unwrap();
+    for (stage, captures) in Stage::BOTH.into_iter().zip(&SCANS[0].stages) {
+        let coded = captures.prmvs.iter().map(|picture| (Shows::Prmvs, picture));
+        folder.replace_stage(stage, coded).unwrap();
+    }
+    assert!(folder.finer().unwrap().is_empty());
     process_scan(&ScanFolder::open(&dense).unwrap(), &Config::default()).unwrap();
     assert!(!dense.join("results/finer-31").exists());
 }

@@ -3,7 +3,7 @@
 //! Each folder holds `vertices.csv`, `lines.csv` and `shifts.csv` in the form of the base grid's, and with a
 //! calibration `points.csv`. Folders of an earlier run that this one does not make are removed.
 
-use std::{fs, io, path::Path};
+use std::{fs, path::Path};
 
 use serde::Serialize;
 use shared::{pattern::Axis, stage::Stage};
@@ -19,11 +19,8 @@ use crate::{
         result::{FinerScan, ScanResult},
         surface::SurfacePoint,
     },
-    scan::write_whole,
+    scan::{FINER_PREFIX, finer_folders, write_whole},
 };
-
-/// Beginning of the folders' names.
-const PREFIX: &str = "finer-";
 
 /// What was read from one finer grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -70,7 +67,7 @@ impl FinerFigures {
 
 /// A finer grid's name in files: `finer-` and the larger number of its lines.
 pub(super) fn name(scan: &FinerScan) -> String {
-    format!("{PREFIX}{}", scan.most_lines())
+    format!("{FINER_PREFIX}{}", scan.most_lines())
 }
 
 /// Writes the tables of all finer grids, and removes those of earlier runs.
@@ -122,17 +119,8 @@ fn surface(result: &ScanResult, stage: Stage) -> &[SurfacePoint] {
 }
 
 fn remove_folders(dir: &Path) -> Result<(), OutputError> {
-    let folder_error = |source: io::Error| OutputError::Folder {
-        path: dir.to_owned(),
-        source,
-    };
-    for entry in fs::read_dir(dir).map_err(folder_error)? {
-        let path = entry.map_err(folder_error)?.path();
-        let name = path.file_name().and_then(|name| name.to_str());
-        let lines = name.and_then(|name| name.strip_prefix(PREFIX));
-        if lines.is_some_and(|lines| lines.parse::<usize>().is_ok()) && path.is_dir() {
-            fs::remove_dir_all(&path).map_err(|source| OutputError::Outdated { path, source })?;
-        }
+    for path in finer_folders(dir)? {
+        fs::remove_dir_all(&path).map_err(|source| OutputError::Outdated { path, source })?;
     }
     Ok(())
 }

@@ -3,6 +3,11 @@
 //! `"finer": [{"pattern": {...}, "captures": [{"stage", "shows": "prmvs" or "unary", "file"}, ...]}, ...]`, coarse
 //! before fine. Programs that do not know the key read the base grid as ever.
 
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
 use image::RgbImage;
 use serde::{Deserialize, Serialize};
 use shared::{
@@ -11,15 +16,17 @@ use shared::{
 };
 
 use super::{
-    CaptureEntry, ScanError, ScanFolder, Shows,
+    CaptureEntry, ScanError, ScanFolder, ScanManifest, Shows,
     folder::make_dir,
-    manifest::is_inside,
+    manifest::{MANIFEST, is_inside},
     picture::{check_size, write_picture},
 };
 use crate::pipeline::{Captures, Projected};
 
 /// The key of the manifest.
 const KEY: &str = "finer";
+/// Beginning of the names of folders, before the larger number of lines.
+pub(crate) const PREFIX: &str = "finer-";
 
 /// A finer grid and its captures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,24 +56,7 @@ impl ScanFolder {
     /// # Errors
     /// An entry that is not what the format asks for, or names files outside of the folder.
     pub fn finer(&self) -> Result<Vec<FinerGrid>, ScanError> {
-        let path = || self.dir().join("scan.json");
-        let Some(value) = self.manifest().extra.get(KEY) else {
-            return Ok(Vec::new());
-        };
-        let mut grids: Vec<FinerGrid> =
-            serde_json::from_value(value.clone()).map_err(|source| ScanError::Json {
-                path: path(),
-                source,
-            })?;
-        let mut files = grids.iter().flat_map(|grid| &grid.captures);
-        if let Some(capture) = files.find(|capture| !is_inside(&capture.file)) {
-            return Err(ScanError::Outside {
-                path: path(),
-                file: capture.file.clone(),
-            });
-        }
-        grids.sort_by_key(FinerGrid::lines);
-        Ok(grids)
+        finer_of(self.manifest(), &self.dir().join(MANIFEST))
     }
 
     /// What was projected of a finer grid.
@@ -134,6 +124,7 @@ impl ScanFolder {
         shows: Shows,
         picture: &RgbImage,
     ) -> Result<(), ScanError> {
+        let mut next = self.manifest().clone();
         let mut grids = self.finer()?;
         let at = match grids.iter().position(|grid| grid.pattern == *pattern) {
             Some(at) => at,
@@ -149,33 +140,98 @@ impl ScanFolder {
         let number = known
             .filter(|c| c.stage == stage && c.shows == shows)
             .count();
-        let folder = format!("{KEY}-{}/{stage}", lines(pattern));
+        let folder = format!("{PREFIX}{}/{stage}", lines(pattern));
         let file = format!("{folder}/{}-{number:02}.png", shows.stem());
         let path = self.dir().join(&file);
         check_size(&path, picture, self.manifest().camera)?;
         make_dir(&self.dir().join(&folder))?;
-        write_picture(&path, picture)?;
+        let checksum = write_picture(&path, picture)?;
+        next.sha256.insert(file.clone(), checksum);
         grids[at].captures.push(CaptureEntry { stage, shows, file });
-        self.save_finer(&grids)
+        set_finer(&mut next, &self.dir().join(MANIFEST), &grids)?;
+        self.take_over(next)
     }
+}
 
-    /// Forgets the finer captures of a stage, which is recorded anew.
-    ///
-    /// # Errors
-    /// A file error.
-    pub fn retake_finer(&mut self, stage: Stage) -> Result<(), ScanError> {
-        let mut grids = self.finer()?;
-        if grids.is_empty() {
-            return Ok(());
+/// Takes the finer captures of one stage out of a manifest, and their checksums.
+///
+/// # Errors
+/// As [`ScanFolder::finer`]; `path` is the manifest's.
+pub(super) fn forget_finer(
+    manifest: &mut ScanManifest,
+    path: &Path,
+    stage: Stage,
+) -> Result<(), ScanError> {
+    let mut grids = finer_of(manifest, path)?;
+    for grid in &mut grids {
+        let gone = grid
+            .captures
+            .iter()
+            .filter(|capture| capture.stage == stage);
+        for capture in gone {
+            manifest.sha256.remove(&capture.file);
         }
-        for grid in &mut grids {
-            grid.captures.retain(|capture| capture.stage != stage);
-        }
-        grids.retain(|grid| !grid.captures.is_empty());
-        self.save_finer(&grids)
+        grid.captures.retain(|capture| capture.stage != stage);
     }
+    grids.retain(|grid| !grid.captures.is_empty());
+    set_finer(manifest, path, &grids)
+}
 
-    fn save_finer(&mut self, grids: &[FinerGrid]) -> Result<(), ScanError> {
-        self.note(KEY, &grids)
+fn set_finer(
+    manifest: &mut ScanManifest,
+    path: &Path,
+    grids: &[FinerGrid],
+) -> Result<(), ScanError> {
+    if grids.is_empty() {
+        manifest.extra.remove(KEY);
+        return Ok(());
     }
+    let value = serde_json::to_value(grids).map_err(|source| ScanError::Json {
+        path: path.to_owned(),
+        source,
+    })?;
+    manifest.extra.insert(KEY.to_owned(), value);
+    Ok(())
+}
+
+fn finer_of(manifest: &ScanManifest, path: &Path) -> Result<Vec<FinerGrid>, ScanError> {
+    let Some(value) = manifest.extra.get(KEY) else {
+        return Ok(Vec::new());
+    };
+    let grids: Result<Vec<FinerGrid>, _> = serde_json::from_value(value.clone());
+    let mut grids = grids.map_err(|source| ScanError::Json {
+        path: path.to_owned(),
+        source,
+    })?;
+    let mut files = grids.iter().flat_map(|grid| &grid.captures);
+    if let Some(capture) = files.find(|capture| !is_inside(&capture.file)) {
+        return Err(ScanError::Outside {
+            path: path.to_owned(),
+            file: capture.file.clone(),
+        });
+    }
+    grids.sort_by_key(FinerGrid::lines);
+    Ok(grids)
+}
+
+/// The folders of finer grids in a scan folder or in its results.
+///
+/// # Errors
+/// A folder that can't be listed.
+pub(crate) fn finer_folders(dir: &Path) -> Result<Vec<PathBuf>, ScanError> {
+    let file_error = |source| ScanError::File {
+        path: dir.to_owned(),
+        source,
+    };
+    let mut folders = Vec::new();
+    for entry in fs::read_dir(dir).map_err(file_error)? {
+        let path = entry.map_err(file_error)?.path();
+        let name = path.file_name().and_then(|name| name.to_str());
+        let lines = name.and_then(|name| name.strip_prefix(PREFIX));
+        if lines.is_some_and(|lines| lines.parse::<usize>().is_ok()) && path.is_dir() {
+            folders.push(path);
+        }
+    }
+    folders.sort();
+    Ok(folders)
 }

@@ -31,8 +31,7 @@ pub(super) fn finer_patterns(
     Ok(patterns)
 }
 
-/// Records coded and unary pictures of finer grids into the folder, in place of what it holds of that stage. `done` is
-/// told how many pictures are finished.
+/// Records coded and unary pictures of finer grids into the folder, which holds none of that stage. `done` is told how many pictures are finished.
 ///
 /// # Errors
 /// As [`Rig::shoot_all`], and what the folder says; captures already written stay.
@@ -43,7 +42,6 @@ pub(super) fn record_finer(
     cancel: &Cancel,
     done: &mut dyn FnMut(usize),
 ) -> Result<(), SessionError> {
-    folder.retake_finer(stage)?;
     for (k, pattern) in patterns.iter().enumerate() {
         let grids = [
             (Shows::Prmvs, pattern.coded.clone()),

@@ -9,6 +9,7 @@ use super::{
     finer::{finer_patterns, record_finer},
 };
 use crate::{
+    camera::Frame,
     pipeline::response::ramp_colours,
     scan::{ScanFolder, Shows},
 };
@@ -57,11 +58,13 @@ impl RecordSettings {
     }
 }
 
-/// Records one stage into the folder, in place of what it holds of that stage. What became of the latency, and how
-/// many frames the camera lost so far, is noted. Solid colours that can't be told apart are left out with a warning.
+/// Records one stage into the folder, in place of what it holds of that stage, which stays until the new captures are
+/// on disk. What became of the latency, and how many frames the camera lost so far, is noted. Solid colours that can't
+/// be told apart are left out with a warning. Finer grids come last.
 ///
 /// # Errors
-/// As [`Rig::shoot_all`], and what the folder says; captures already written stay.
+/// As [`Rig::shoot_all`], and what the folder says; the folder holds what it held then, or the new stage without all
+/// of its finer grids.
 pub fn record_stage(
     rig: &mut Rig,
     folder: &mut ScanFolder,
@@ -74,7 +77,6 @@ pub fn record_stage(
         true => finer_patterns(&folder.projected(), settings)?,
         false => Vec::new(),
     };
-    folder.retake(stage)?;
     let ramp = ramp(rig, stage, settings);
     let base = Shows::RECORDING.len() + ramp.len();
     let of = base + 2 * finer.len();
@@ -85,24 +87,26 @@ pub fn record_stage(
         };
         report(Progress { what, done, of });
     };
-    let mut record = |kinds: &[Shows], before: usize| {
+    let mut shoot = |kinds: &[Shows], before: usize| {
         let shots: Vec<Shot> = kinds.iter().map(|&shows| settings.shot(shows)).collect();
         let frames = rig.shoot_all(&shots, stage, cancel, &mut |done| tell(before + done))?;
-        for (shot, frames) in shots.iter().zip(frames) {
-            for frame in frames {
-                folder.add_capture(stage, shot.shows, &frame.picture)?;
-            }
-        }
-        Ok(())
+        let kinds = kinds.iter().copied();
+        Ok(kinds.zip(frames).collect::<Vec<(Shows, Vec<Frame>)>>())
     };
-    record(&Shows::RECORDING, 0)?;
-    match record(&ramp, Shows::RECORDING.len()) {
+    let mut shot = shoot(&Shows::RECORDING, 0)?;
+    match shoot(&ramp, Shows::RECORDING.len()) {
         Err(SessionError::NotTold { views }) => tracing::warn!(
             "the frames of some solid colours could not be told apart ({views}): the camera's response is not measured \
              in this stage"
         ),
-        other => other?,
+        other => shot.extend(other?),
     }
+    let captures = shot.iter().flat_map(|(shows, frames)| {
+        let pictures = frames.iter().map(|frame| &frame.picture);
+        pictures.map(|picture| (*shows, picture))
+    });
+    folder.replace_stage(stage, captures)?;
+    drop(shot);
     let what = (stage, settings);
     record_finer((rig, folder), &finer, what, cancel, &mut |done| {
         tell(base + done);

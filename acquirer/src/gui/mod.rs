@@ -18,6 +18,8 @@ mod pictures;
 mod preferences;
 mod sources;
 mod style;
+#[cfg(test)]
+mod tests;
 mod window;
 mod worker;
 

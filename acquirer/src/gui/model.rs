@@ -345,6 +345,9 @@ impl Model {
     }
 
     fn take_colours(&mut self, selection: ColourSelection, complete: bool) {
+        if self.run_all {
+            self.side = Side::Colours;
+        }
         self.colours.best = selection.best;
         self.colours.unary = selection.unary;
         self.colours.overridden = false;
@@ -354,6 +357,7 @@ impl Model {
 
     fn take_recorded(&mut self, stage: Stage, dir: PathBuf) {
         self.say(format!("{stage} recorded into {}", dir.display()));
+        self.side = Side::Scan;
         if self.scan.dir.as_ref() != Some(&dir) {
             self.scan = ScanAtHand::default();
         }

@@ -98,7 +98,7 @@ impl StageView {
     fn of(folder: &ScanFolder, stage: Stage, reading: StageReading, captures: &Captures) -> Self {
         let pattern = folder.manifest().pattern.clone();
         let pictures = reading.pictures.iter();
-        let products = pictures.map(|p| (p.caption.clone(), screen_image(&p.picture)));
+        let products = pictures.map(|p| (caption(p.name), screen_image(&p.picture)));
         let captured = captures.prmvs.first().map(captured);
         Self {
             stage,

@@ -45,10 +45,10 @@ pub(super) fn apply(context: &egui::Context) {
         style.visuals.selection.bg_fill = ACCENT;
         style.visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
         style.visuals.hyperlink_color = ACCENT;
-        if !style.visuals.dark_mode {
-            // the usual light theme prints its text in grey
-            style.visuals.override_text_color = Some(Color32::from_gray(28));
-        }
+        // the usual themes print their text in middle grey
+        let ink = if style.visuals.dark_mode { 212 } else { 32 };
+        style.visuals.widgets.noninteractive.fg_stroke.color = Color32::from_gray(ink);
+        style.visuals.widgets.inactive.fg_stroke.color = Color32::from_gray(ink);
     });
 }
 
@@ -60,14 +60,28 @@ pub(super) fn colour32(colour: Rgb) -> Color32 {
 
 /// The button for what is to be done next.
 pub(super) fn primary(ui: &mut Ui, enabled: bool, text: &str) -> Response {
-    let width = ui.available_width();
     let text = RichText::new(text).strong();
     let button = if enabled {
         egui::Button::new(text.color(Color32::WHITE)).fill(ACCENT)
     } else {
         egui::Button::new(text)
     };
-    ui.add_enabled(enabled, button.min_size(vec2(width, 32.0)))
+    sized(ui, enabled, button, vec2(ui.available_width(), 32.0))
+}
+
+/// An ordinary button that is as wide as a share of the room.
+pub(super) fn wide(ui: &mut Ui, enabled: bool, text: &str, width: f32) -> Response {
+    sized(ui, enabled, egui::Button::new(text), vec2(width, 27.0))
+}
+
+fn sized(ui: &mut Ui, enabled: bool, button: egui::Button<'_>, size: Vec2) -> Response {
+    let shown = ui.add_enabled_ui(enabled, |ui| ui.add_sized(size, button));
+    shown.inner
+}
+
+/// Half of a row, for two buttons side by side.
+pub(super) fn half(ui: &Ui) -> f32 {
+    0.5 * (ui.available_width() - ui.spacing().item_spacing.x)
 }
 
 /// A heading with a sentence that explains.

@@ -28,8 +28,7 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     let pick = if first {
         style::primary(ui, ready, text)
     } else {
-        let wide = egui::Button::new(text).min_size(vec2(ui.available_width(), 26.0));
-        ui.add_enabled(ready, wide)
+        style::wide(ui, ready, text, ui.available_width())
     };
     if pick
         .on_hover_text("Shows each colour for a moment, without an object in the scene (P)")
@@ -38,7 +37,7 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
         model.ask(Job::PickColours { apply: false });
     }
     ui.add_space(4.0);
-    bars(&model.colours, ui);
+    ui.scope(|ui| bars(&model.colours, ui));
     ui.add_space(GAP);
     choice(&mut model.colours, ui);
     ui.add_space(4.0);
@@ -69,16 +68,20 @@ fn bars(colours: &Colours, ui: &mut Ui) {
         .and_then(|m| m.colours.iter().map(|c| c.recovered_px).max())
         .unwrap_or(1)
         .max(1);
-    ui.spacing_mut().item_spacing.y = 2.0;
+    ui.spacing_mut().item_spacing.y = 1.0;
+    ui.spacing_mut().interact_size.y = 16.0;
     for entry in colours.palette.colours() {
         let score = measured.and_then(|m| m.colours.iter().find(|c| c.colour == entry.colour));
         let place = colours.best.iter().position(|&c| c == entry.colour);
         let share = score.map(|score| score.recovered_px as f32 / most as f32);
         let response = ui.horizontal(|ui| {
-            let size = vec2(92.0, 16.0);
             let name = RichText::new(&entry.name).small();
             let name = if place.is_some() { name.strong() } else { name };
-            ui.add_sized(size, egui::Label::new(name).halign(egui::Align::Min));
+            let left = egui::Layout::left_to_right(egui::Align::Center);
+            ui.allocate_ui_with_layout(vec2(92.0, 16.0), left, |ui| {
+                ui.set_min_width(92.0);
+                ui.add(egui::Label::new(name).truncate());
+            });
             let width = (ui.available_width() - 92.0).max(40.0);
             bar(ui, entry.colour, share, width);
             let mut mark = place.map_or(String::new(), |k| PLACES[k].to_lowercase());

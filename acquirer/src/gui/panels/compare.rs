@@ -41,21 +41,26 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
             table(&[left.as_ref(), right.as_ref()], ui);
             ui.add_space(2.0);
         });
-    ui.columns(2, |columns| {
-        for (k, (ui, scan)) in columns.iter_mut().zip([&left, &right]).enumerate() {
-            match scan {
-                Some(scan) => {
-                    ui.label(RichText::new(scan.dir.display().to_string()).strong());
-                    let by_picture = model.preferences.colour_by_picture;
-                    let pictures = (&mut model.pictures, ["left surface", "right surface"][k]);
-                    shape::show(scan, &mut model.look, by_picture, pictures, ui);
-                }
-                None => {
-                    ui.centered_and_justified(|ui| ui.label("No scan is chosen."));
-                }
+    let room = ui.available_rect_before_wrap();
+    let halves = room.split_left_right_at_fraction(0.5);
+    for (k, (half, scan)) in [halves.0, halves.1]
+        .into_iter()
+        .zip([&left, &right])
+        .enumerate()
+    {
+        let half = egui::UiBuilder::new().max_rect(half.shrink2(egui::vec2(3.0, 0.0)));
+        ui.scope_builder(half, |ui| match scan {
+            Some(scan) => {
+                ui.label(RichText::new(scan.dir.display().to_string()).strong());
+                let by_picture = model.preferences.colour_by_picture;
+                let pictures = (&mut model.pictures, ["left surface", "right surface"][k]);
+                shape::show(scan, &mut model.look, by_picture, pictures, ui);
             }
-        }
-    });
+            None => {
+                ui.centered_and_justified(|ui| ui.label("No scan is chosen."));
+            }
+        });
+    }
     (model.result, model.beside) = (left, right);
 }
 

@@ -43,9 +43,7 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
         overlay::legend(&painter, room, reading, model.preferences.overlays);
     }
     let described = describe(model);
-    response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::Image, true, described.clone())
-    });
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, described.clone()));
 }
 
 /// The picture in words, for those who do not see it.
@@ -67,8 +65,10 @@ pub(super) fn fitted(size: Vec2, room: Rect) -> Rect {
 }
 
 fn switches(model: &mut Model, ui: &mut Ui) {
+    ui.spacing_mut().button_padding.x = 7.0;
+    ui.spacing_mut().item_spacing.x = 4.0;
     let mut update = !model.live.frozen;
-    ui.toggle_value(&mut update, "Live update")
+    ui.toggle_value(&mut update, "Update")
         .on_hover_text("Show every new picture, or hold this one (U)");
     model.live.frozen = !update;
     let mut read = model.preferences.read_live;
@@ -84,7 +84,7 @@ fn switches(model: &mut Model, ui: &mut Ui) {
         .on_hover_text("The camera's picture before processing (ONE, key O)");
     ui.selectable_value(&mut preferences.after, true, "After")
         .on_hover_text("The picture after processing (ONE, key O). While frames are read.");
-    ui.toggle_value(&mut preferences.subtract, "Remove background").on_hover_text(
+    ui.toggle_value(&mut preferences.subtract, "No background").on_hover_text(
         "Processing leaves the projected grid alone (SUB, key B). Off: the share of white light that arrives.",
     );
     ui.toggle_value(&mut preferences.histogram, "Histogram")

@@ -41,8 +41,7 @@ pub(in crate::gui) fn tasks(model: &mut Model, ui: &mut Ui) {
         } else {
             "Cancel"
         };
-        let button = egui::Button::new(text).min_size(egui::vec2(ui.available_width(), 26.0));
-        let cancel = ui.add_enabled(!task.stopping, button);
+        let cancel = style::wide(ui, !task.stopping, text, ui.available_width());
         if cancel
             .on_hover_text("Stop what is under way (Escape)")
             .clicked()

@@ -1,6 +1,6 @@
 //! A scan: without the object, with it, each judged before it is kept; then the next object, or another scan.
 
-use eframe::egui::{self, RichText, Ui, vec2};
+use eframe::egui::{self, RichText, Ui};
 use shared::stage::Stage;
 
 use crate::{
@@ -62,6 +62,19 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
             style::lamp(ui, GOOD);
             ui.label(RichText::new("kept").small());
         }
+        if quality.is_some() {
+            let right = egui::Layout::right_to_left(egui::Align::Center);
+            ui.with_layout(right, |ui| {
+                if ui
+                    .link("Steps")
+                    .on_hover_text("Look at what every step made of it")
+                    .clicked()
+                {
+                    model.steps.stage = stage;
+                    model.tab = Tab::Steps;
+                }
+            });
+        }
     });
     if !recorded {
         let may = model.may_record(stage);
@@ -80,14 +93,13 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
         }
     });
     ui.horizontal(|ui| {
-        let size = vec2(0.5 * (ui.available_width() - 8.0), 28.0);
-        let keep = egui::Button::new(if accepted { "Kept" } else { "Keep" }).min_size(size);
-        let keep = ui.add_enabled(quality.is_some() && !accepted, keep);
+        let half = style::half(ui);
+        let text = if accepted { "Kept" } else { "Keep" };
+        let keep = style::wide(ui, quality.is_some() && !accepted, text, half);
         if keep.on_hover_text("Go on with these captures").clicked() {
             accept(model, stage);
         }
-        let retake = egui::Button::new("Retake").min_size(size);
-        let retake = ui.add_enabled(model.may_record(stage), retake);
+        let retake = style::wide(ui, model.may_record(stage), "Retake", half);
         if retake
             .on_hover_text("Record this stage again, in place of what is there")
             .clicked()
@@ -95,10 +107,6 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
             model.record(stage);
         }
     });
-    if quality.is_some() && ui.link("Look at the steps").clicked() {
-        model.steps.stage = stage;
-        model.tab = Tab::Steps;
-    }
 }
 
 fn accept(model: &mut Model, stage: Stage) {
@@ -120,12 +128,11 @@ fn show_quality(ui: &mut Ui, quality: &Quality) {
     ui.horizontal(|ui| {
         style::lamp(ui, style::judged(coverage, [90.0, 60.0]));
         ui.label(RichText::new(format!("{coverage:.1} % of the crossings read")).strong());
+        let of = format!("{} of {}", quality.labelled, quality.possible);
+        ui.label(RichText::new(of).small().weak());
     });
-    ui.label(
-        RichText::new(format!("{} of {}", quality.labelled, quality.possible))
-            .small()
-            .weak(),
-    );
+    ui.spacing_mut().item_spacing.y = 2.0;
+    ui.spacing_mut().interact_size.y = 16.0;
     for (&reason, count) in &quality.holes {
         ui.horizontal(|ui| {
             style::lamp(ui, hole_colour(reason));
@@ -175,13 +182,13 @@ fn finish(model: &mut Model, ui: &mut Ui) {
 fn more(model: &mut Model, ui: &mut Ui) {
     let ready = model.is_ready() && model.scan.stages[0].recorded;
     ui.horizontal(|ui| {
-        let size = vec2(0.5 * (ui.available_width() - 8.0), 26.0);
-        let next = ui.add_enabled(ready, egui::Button::new("Next object").min_size(size));
+        let half = style::half(ui);
+        let next = style::wide(ui, ready, "Next object", half);
         let hint = "Another object in front of the same background, in a folder of its own";
         if next.on_hover_text(hint).clicked() {
             model.ask(Job::NextObject);
         }
-        let new = ui.add_enabled(ready, egui::Button::new("New scan").min_size(size));
+        let new = style::wide(ui, ready, "New scan", half);
         if new
             .on_hover_text("Begin anew, with another background")
             .clicked()

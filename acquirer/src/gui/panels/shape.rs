@@ -1,4 +1,5 @@
-//! The surface, turned by the mouse: cells between the crossings, far ones first, coloured by depth or by the picture.
+//! The surface, turned by the mouse: cells between the crossings and the points along the lines, far ones first,
+//! coloured by depth or by the picture.
 //!
 //! # Conventions
 //! As in `output::relief`: x to the right, y down, z away from the viewer; parallel projection.
@@ -24,6 +25,11 @@ const BAR_WIDTH: f32 = 84.0;
 const RELIEF_SHARE: f32 = 0.4;
 /// Radians per point that the mouse moves.
 const TURN: f32 = 0.008;
+/// Points along the lines that are drawn at most, and their side in points.
+const MOST_DOTS: usize = 6000;
+const DOT_SIDE: f32 = 1.6;
+/// Dots lie this share of the depth range before the surface, or cells would cover them.
+const DOT_LIFT: f32 = 0.02;
 /// Steepest look from above or below, in radians.
 const STEEPEST: f32 = 1.5;
 /// From where the light comes: right, down, away.
@@ -45,7 +51,8 @@ pub(super) fn show(
     });
     turn(look, &response, ui);
     let painter = ui.painter_at(room);
-    painter.rect_filled(room, CornerRadius::same(4), ui.visuals().extreme_bg_color);
+    let paper = Color32::from_gray(if ui.visuals().dark_mode { 52 } else { 244 });
+    painter.rect_filled(room, CornerRadius::same(4), paper);
     if scan.mesh.nodes.is_empty() {
         let text = "No surface: too few crossings were read both without and with the object.";
         let ink = ui.visuals().text_color();
@@ -66,7 +73,7 @@ pub(super) fn show(
     let ink = ui.visuals().weak_text_color();
     axes(&painter, &view, scan.in_mm, ink);
     let textured = picture.zip(texture.map(|texture| texture.id()));
-    painter.add(cells(scan, &view, textured));
+    surface(&painter, scan, &view, textured);
     if picture.is_none() {
         let place = Rect::from_min_max(
             pos2(room.right() - bar, room.top() + 24.0),
@@ -204,9 +211,10 @@ fn axes(painter: &Painter, view: &View, in_mm: bool, ink: Color32) {
                 )
             };
             let below = vec2(0.0, 12.0);
+            let along = b - a;
             for (at, text) in [
-                (a, number(view.low[axis])),
-                (b, number(view.high[axis])),
+                (a + 0.1 * along, number(view.low[axis])),
+                (b - 0.1 * along, number(view.high[axis])),
                 (a + 0.5 * (b - a), name.to_owned()),
             ] {
                 painter.text(at + below, Align2::CENTER_CENTER, text, font.clone(), ink);
@@ -215,54 +223,115 @@ fn axes(painter: &Painter, view: &View, in_mm: bool, ink: Color32) {
     }
 }
 
-/// All cells, those far away first.
-fn cells(
+/// Something to be painted.
+#[derive(Clone, Copy)]
+enum Item {
+    Cell(usize),
+    Dot(usize),
+}
+
+/// All cells and the points along the lines, those far away first.
+fn items(scan: &OpenScan, view: &View) -> Vec<(f32, Item)> {
+    let away = |position: [f64; 3]| view.turned(position.map(|v| v as f32))[2];
+    let mesh = &scan.mesh;
+    let every = mesh.dots.len().div_ceil(MOST_DOTS).max(1);
+    let range = (view.high[2] - view.low[2]) * view.factor[2].abs();
+    let dots = mesh.dots.iter().enumerate().step_by(every);
+    let dots = dots.map(|(k, dot)| (away(dot.position) - DOT_LIFT * range, Item::Dot(k)));
+    let cells = mesh.cells.iter().enumerate().map(|(k, cell)| {
+        let sum: f32 = cell.iter().map(|&n| away(mesh.nodes[n].position)).sum();
+        (sum / 4.0, Item::Cell(k))
+    });
+    let mut items: Vec<(f32, Item)> = cells.chain(dots).collect();
+    items.sort_by(|a, b| b.0.total_cmp(&a.0));
+    items
+}
+
+/// Paints the surface; one mesh for each run of things with the same texture.
+fn surface(
+    painter: &Painter,
     scan: &OpenScan,
     view: &View,
     textured: Option<(&Arc<ColorImage>, egui::TextureId)>,
-) -> epaint::Mesh {
-    let mesh = &scan.mesh;
-    let turned: Vec<[f32; 3]> = mesh
-        .nodes
-        .iter()
-        .map(|node| view.turned(node.position.map(|v| v as f32)))
-        .collect();
-    let mut order: Vec<(f32, usize)> = mesh
-        .cells
-        .iter()
-        .enumerate()
-        .map(|(k, cell)| (cell.iter().map(|&n| turned[n][2]).sum(), k))
-        .collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut drawn = match textured {
-        Some((_, id)) => epaint::Mesh::with_texture(id),
-        None => epaint::Mesh::default(),
+) {
+    let new = |textured: Option<egui::TextureId>| {
+        textured.map_or_else(epaint::Mesh::default, epaint::Mesh::with_texture)
     };
-    for (_, k) in order {
-        let cell = mesh.cells[k];
-        let light = light(cell.map(|n| turned[n]));
-        let first = drawn.vertices.len() as u32;
-        for n in cell {
-            let node = &mesh.nodes[n];
-            let (uv, colour) = match textured {
-                Some((image, _)) => {
-                    let [x, y] = node.seen_at.unwrap_or([0.0; 2]);
-                    let [w, h] = image.size.map(|side| side as f32);
-                    (pos2(x as f32 / w, y as f32 / h), [255; 3])
-                }
-                None => (epaint::WHITE_UV, scan.scale.colour(node.position[2])),
-            };
-            let [r, g, b] = colour.map(|c| (f32::from(c) * light) as u8);
-            drawn.vertices.push(epaint::Vertex {
-                pos: view.at(turned[n]),
-                uv,
-                color: Color32::from_rgb(r, g, b),
-            });
+    let mut run = new(None);
+    for (_, item) in items(scan, view) {
+        let wanted = match item {
+            Item::Cell(_) => textured.map_or(egui::TextureId::default(), |(_, id)| id),
+            Item::Dot(_) => egui::TextureId::default(),
+        };
+        if run.texture_id != wanted {
+            painter.add(std::mem::replace(&mut run, new(Some(wanted))));
         }
-        drawn.add_triangle(first, first + 1, first + 2);
-        drawn.add_triangle(first, first + 2, first + 3);
+        match item {
+            Item::Cell(k) => add_cell(&mut run, scan, view, (k, textured.map(|(image, _)| image))),
+            Item::Dot(k) => add_dot(&mut run, scan, view, (k, textured.is_some())),
+        }
     }
-    drawn
+    painter.add(run);
+}
+
+fn add_cell(
+    run: &mut epaint::Mesh,
+    scan: &OpenScan,
+    view: &View,
+    (k, image): (usize, Option<&Arc<ColorImage>>),
+) {
+    let cell = scan.mesh.cells[k];
+    let turned = cell.map(|n| view.turned(scan.mesh.nodes[n].position.map(|v| v as f32)));
+    let light = light(turned);
+    let corners = std::array::from_fn(|c| {
+        let node = &scan.mesh.nodes[cell[c]];
+        let (uv, colour) = match image {
+            Some(image) => {
+                let [x, y] = node.seen_at.unwrap_or([0.0; 2]);
+                let [w, h] = image.size.map(|side| side as f32);
+                (pos2(x as f32 / w, y as f32 / h), [255; 3])
+            }
+            None => (epaint::WHITE_UV, scan.scale.colour(node.position[2])),
+        };
+        let [r, g, b] = colour.map(|c| (f32::from(c) * light) as u8);
+        epaint::Vertex {
+            pos: view.at(turned[c]),
+            uv,
+            color: Color32::from_rgb(r, g, b),
+        }
+    });
+    add_four(run, corners);
+}
+
+fn add_dot(run: &mut epaint::Mesh, scan: &OpenScan, view: &View, (k, by_picture): (usize, bool)) {
+    let dot = &scan.mesh.dots[k];
+    let at = view.at(view.turned(dot.position.map(|v| v as f32)));
+    let own = dot.colour.filter(|_| by_picture);
+    let [r, g, b] = own.unwrap_or_else(|| scan.scale.colour(dot.position[2]));
+    let color = Color32::from_rgb(r, g, b);
+    let corner = |dx: f32, dy: f32| epaint::Vertex {
+        pos: at + vec2(dx, dy),
+        uv: epaint::WHITE_UV,
+        color,
+    };
+    let side = DOT_SIDE / 2.0;
+    let (left, right) = (-side, side);
+    add_four(
+        run,
+        [
+            corner(left, -side),
+            corner(right, -side),
+            corner(right, side),
+            corner(left, side),
+        ],
+    );
+}
+
+fn add_four(run: &mut epaint::Mesh, corners: [epaint::Vertex; 4]) {
+    let first = run.vertices.len() as u32;
+    run.vertices.extend(corners);
+    run.add_triangle(first, first + 1, first + 2);
+    run.add_triangle(first, first + 2, first + 3);
 }
 
 /// How much light a cell sends to the viewer, 0 to 1.

@@ -12,7 +12,7 @@ use crate::gui::{
 };
 
 /// Farthest click from a crossing, in camera pixels.
-const REACH_PX: f32 = 14.0;
+const REACH_PX: f32 = 40.0;
 
 /// Shows the view.
 pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
@@ -115,8 +115,7 @@ fn step(model: &mut Model, view: &StageView, k: usize, room: Rect, ui: &mut Ui) 
     let painter = ui.painter_at(below);
     painter.image(texture.id(), target, whole, egui::Color32::WHITE);
     let response = ui.interact(below, ui.scope_id().with(("step", k)), Sense::click());
-    response
-        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, caption.clone()));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, caption.clone()));
     if !is_grid {
         if response.on_hover_text("Click to enlarge").clicked() {
             model.steps.enlarged = Some(k).filter(|_| model.steps.enlarged.is_none());

@@ -20,6 +20,7 @@ mod sources;
 mod style;
 #[cfg(test)]
 mod tests;
+mod widget_list;
 mod window;
 mod worker;
 

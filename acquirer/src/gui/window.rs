@@ -21,6 +21,7 @@ use super::{
     preferences::Preferences,
     sources::Source,
     style::{self, SIDE_WIDTH},
+    widget_list,
     worker::{FileWorker, RigWorker, Teller},
 };
 use crate::session::Cancel;
@@ -51,6 +52,7 @@ impl Window {
         context: &egui::Context,
     ) -> std::io::Result<Self> {
         style::apply(context);
+        widget_list::start_if_wanted(context);
         let (job_sender, jobs) = sync_channel(JOBS);
         let (file_sender, file_jobs) = sync_channel(JOBS);
         let (events_sender, events) = sync_channel(EVENTS);

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+#[allow(dead_code, reason = "no pixels are looked at here")]
 #[path = "projector_support/display.rs"]
 mod display;
 

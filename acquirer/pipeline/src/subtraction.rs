@@ -52,21 +52,19 @@ pub fn subtract_background(
     let pixels = frame.as_raw().chunks_exact(3);
     let shown = found.picture.chunks_exact_mut(3);
     for (at, (pixel, shown)) in pixels.zip(shown).enumerate() {
-        let mut added = [0.0; 3];
-        let mut is_line = false;
-        for c in 0..3 {
-            let (light, dark) = (
-                response.linear(pixel[c]),
-                black.channels[c].values()[at].max(0.0),
-            );
-            added[c] = (light - dark).max(0.0);
+        let lights: [[f32; 2]; 3] = std::array::from_fn(|c| {
+            let dark = black.channels[c].values()[at].max(0.0);
+            [response.linear(pixel[c]), dark]
+        });
+        let added = lights.map(|[light, dark]| (light - dark).max(0.0));
+        let is_line = (0..3).any(|c| {
+            let [light, dark] = lights[c];
             let noise = &references.noise;
             let variance = noise.variance(c, dark) + noise.variance(c, light);
             let white = references.white.as_ref();
             let share = white.map_or(0.0, |white| LEAST_SHARE * white[c].values()[at]);
-            is_line |=
-                added[c] > share && added[c] * added[c] > LEAST_SIGMA * LEAST_SIGMA * variance;
-        }
+            added[c] > share && added[c] * added[c] > LEAST_SIGMA * LEAST_SIGMA * variance
+        });
         if is_line {
             let line = added.map(|light| bytes[(light * (LIGHT_STEPS - 1) as f32) as usize]);
             shown.copy_from_slice(&line);

@@ -92,6 +92,8 @@ pub(super) enum Event {
     ColoursSoFar(Box<ColourSelection>),
     /// The colours were chosen, and whether they were applied.
     Colours(Box<ColourSelection>, bool),
+    /// Reading every frame has ended, by an error or because it was cancelled.
+    ReadingStopped,
     /// A stage was recorded into this folder.
     Recorded(Stage, PathBuf),
     /// Another object is recorded into this folder, which holds the background already.

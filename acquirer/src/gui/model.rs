@@ -149,6 +149,14 @@ impl Default for Look {
     }
 }
 
+/// How long repaints take, in milliseconds: the panels with the events before them, and the whole with drawing.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct RepaintTimes {
+    pub(super) own_ms: f32,
+    pub(super) longest_own_ms: f32,
+    pub(super) longest_whole_ms: f32,
+}
+
 /// Everything the window shows.
 pub(super) struct Model {
     pub(super) ports: Ports,
@@ -183,9 +191,7 @@ pub(super) struct Model {
     /// Goes through all steps once without asking.
     pub(super) run_all: bool,
     pub(super) pictures: Pictures,
-    /// The longest time one repaint took since the start, in milliseconds, and the last one's.
-    pub(super) longest_frame_ms: f32,
-    pub(super) last_frame_ms: f32,
+    pub(super) repaint: RepaintTimes,
 }
 
 impl Model {
@@ -238,8 +244,7 @@ impl Model {
             show_messages: false,
             run_all,
             pictures: Pictures::default(),
-            longest_frame_ms: 0.0,
-            last_frame_ms: 0.0,
+            repaint: RepaintTimes::default(),
         }
     }
 
@@ -298,6 +303,7 @@ impl Model {
                     self.scan = ScanAtHand::default();
                 }
             }
+            Event::ReadingStopped => self.preferences.read_live = false,
             Event::Recorded(stage, dir) => self.take_recorded(stage, dir),
             Event::NextObject(dir) => {
                 self.say(format!("the next object goes to {}", dir.display()));

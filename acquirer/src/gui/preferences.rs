@@ -138,7 +138,8 @@ impl Preferences {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| told(&error))?;
         }
-        write_whole(path, text.as_bytes()).map_err(|error| told(&error))
+        let written = write_whole(path, text.as_bytes());
+        written.map(drop).map_err(|error| told(&error))
     }
 
     fn checked(mut self) -> Self {

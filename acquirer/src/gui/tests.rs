@@ -343,6 +343,16 @@ fn a_long_action_tells_its_progress_and_can_be_cancelled() {
 }
 
 #[test]
+fn more_than_can_be_taken_is_told_and_never_waited_for() {
+    let mut tested = Tested::connected();
+    for _ in 0..9 {
+        tested.harness.state_mut().ask(Job::Identify);
+    }
+    tested.harness.run_steps(2);
+    assert!(tested.says("too much was asked for at once"));
+}
+
+#[test]
 fn an_error_is_told_until_it_is_dismissed() {
     let mut tested = Tested::connected();
     let told = "the camera does not see the projector: point it at the picture";

@@ -5,7 +5,7 @@
 //! widgets with their label, their middle in pixels of the window's inside, and whether they can be used.
 
 use std::{
-    env,
+    env, fs,
     path::PathBuf,
     time::{Duration, Instant},
 };
@@ -16,8 +16,6 @@ use eframe::egui::{
     plugin::Plugin,
 };
 use serde::Serialize;
-
-use crate::scan::write_whole;
 
 /// Time between two lists.
 const PERIOD: Duration = Duration::from_millis(200);
@@ -71,7 +69,10 @@ impl Plugin for WidgetList {
             .filter_map(|(_, node)| listed(node, scale));
         let listed: Vec<Listed> = listed.collect();
         let json = serde_json::to_vec(&listed).unwrap_or_default();
-        if let Err(error) = write_whole(&self.file, &json) {
+        // a reader sees the old list or the new one; whether it outlasts a power cut does not matter
+        let beside = self.file.with_extension("part");
+        let put = fs::write(&beside, &json).and_then(|()| fs::rename(&beside, &self.file));
+        if let Err(error) = put {
             tracing::warn!("{VARIABLE}: {error}");
         }
     }

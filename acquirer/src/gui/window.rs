@@ -104,13 +104,13 @@ impl Window {
     }
 
     fn measure(&mut self, begun: Instant, whole: Option<f32>) {
-        let own_ms = 1000.0 * begun.elapsed().as_secs_f32();
-        // with turning shapes into triangles, of the repaint before
-        self.model.last_frame_ms = whole.map_or(own_ms, |seconds| own_ms.max(1000.0 * seconds));
+        let times = &mut self.model.repaint;
+        times.own_ms = 1000.0 * begun.elapsed().as_secs_f32();
         self.repaints += 1;
         if self.repaints > WARM_UP {
-            let longest = self.model.longest_frame_ms.max(self.model.last_frame_ms);
-            self.model.longest_frame_ms = longest;
+            times.longest_own_ms = times.longest_own_ms.max(times.own_ms);
+            let whole_ms = 1000.0 * whole.unwrap_or(0.0);
+            times.longest_whole_ms = times.longest_whole_ms.max(whole_ms);
         }
     }
 }
@@ -210,9 +210,10 @@ impl eframe::App for Window {
 
     fn on_exit(&mut self) {
         tracing::info!(
-            "longest repaint {:.1} ms of {}",
-            self.model.longest_frame_ms,
-            self.repaints
+            "{} repaints, the longest took {:.1} ms, with drawing {:.1} ms",
+            self.repaints,
+            self.model.repaint.longest_own_ms,
+            self.model.repaint.longest_whole_ms
         );
         let camera = self.model.source.camera.as_ref();
         let preferences = &mut self.model.preferences;

@@ -119,13 +119,13 @@ struct View {
 
 impl View {
     fn new(mesh: &Mesh, look: Look, in_mm: bool, frame: Rect) -> Self {
-        let (mut low, mut high) = ([f32::MAX; 3], [f32::MIN; 3]);
-        for node in &mesh.nodes {
-            for k in 0..3 {
-                low[k] = low[k].min(node.position[k] as f32);
-                high[k] = high[k].max(node.position[k] as f32);
-            }
-        }
+        let sides: [[f32; 2]; 3] = std::array::from_fn(|k| {
+            let values = mesh.nodes.iter().map(|node| node.position[k] as f32);
+            values.fold([f32::MAX, f32::MIN], |[low, high], v| {
+                [low.min(v), high.max(v)]
+            })
+        });
+        let (low, high) = (sides.map(|side| side[0]), sides.map(|side| side[1]));
         let range = |k: usize| (high[k] - low[k]).max(1e-6);
         let relief = -RELIEF_SHARE * range(0).max(range(1)) / range(2);
         let factor = [1.0, 1.0, if in_mm { 1.0 } else { relief }];

@@ -79,16 +79,17 @@ impl RigWorker {
     pub(super) fn read_frames(&mut self, rig: &mut Rig, session: &mut Session, tap: &LiveTap) {
         self.cancel.reset();
         let read = self.read_until_asked(rig, session, tap);
+        if read.is_err() || self.cancel.is_cancelled() {
+            self.read_live = false;
+            self.teller.tell(Event::ReadingStopped);
+        }
         if let Err(error) = read {
-            session.live_failed = true;
-            self.teller.tell(Event::Failed(format!(
-                "frames can't be read live: {error:#}"
-            )));
+            let told = format!("frames can't be read live: {error:#}");
+            self.teller.tell(Event::Failed(told));
         }
-        if self.cancel.is_cancelled() {
-            session.live_failed = true;
+        if session.queue.is_empty() {
+            self.teller.tell(Event::Idle(Who::Rig));
         }
-        self.teller.tell(Event::Idle(Who::Rig));
     }
 
     fn read_until_asked(

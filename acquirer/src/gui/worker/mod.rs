@@ -81,8 +81,6 @@ struct Session {
     queue: VecDeque<Job>,
     /// Another source was asked for.
     reopen: bool,
-    /// Reading live has failed; it is tried again when asked for.
-    live_failed: bool,
 }
 
 /// Why the rig is left.
@@ -129,7 +127,6 @@ impl RigWorker {
     /// Live frames and jobs until the window or the rig is gone.
     fn serve(&mut self, rig: &mut Rig, session: &mut Session) -> anyhow::Result<Left> {
         self.tell_connected(rig)?;
-        session.live_failed = false;
         let tap = LiveTap::new(self.live.clone(), self.teller.context.clone());
         let mut silent = 0;
         loop {
@@ -143,7 +140,7 @@ impl RigWorker {
             if session.reopen {
                 return Ok(Left::Reopen);
             }
-            if session.queue.is_empty() && self.read_live && !session.live_failed {
+            if session.queue.is_empty() && self.read_live {
                 rig.tap = None;
                 self.read_frames(rig, session, &tap);
                 continue;
@@ -167,7 +164,6 @@ impl RigWorker {
             match self.jobs.try_recv() {
                 Ok(Job::ReadLive(on)) => {
                     self.read_live = on;
-                    session.live_failed = false;
                     if session.queue.is_empty() {
                         self.teller.tell(Event::Idle(Who::Rig));
                     }

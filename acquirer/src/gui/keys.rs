@@ -89,7 +89,11 @@ pub(super) fn handle(model: &mut Model, context: &egui::Context) {
         return;
     }
     for shortcut in &SHORTCUTS {
-        let pressed = context.input_mut(|input| input.consume_key(Modifiers::NONE, shortcut.key));
+        let pressed = context.input_mut(|input| match shortcut.action {
+            // menus close by it as well
+            Action::Cancel => input.key_pressed(shortcut.key),
+            _ => input.consume_key(Modifiers::NONE, shortcut.key),
+        });
         if pressed {
             act(model, shortcut.action);
         }

@@ -1,7 +1,7 @@
 //! Which four of sixteen colours: measured on the scene, chosen with the reason, changed by hand if one wants.
 
 use eframe::egui::{self, CornerRadius, Rect, RichText, Sense, Ui, pos2, vec2};
-use shared::pattern::Rgb;
+use shared::pattern::{Palette, Rgb};
 
 use crate::gui::{
     events::Job,
@@ -15,7 +15,7 @@ const PLACES: [&str; 4] = ["First", "Second", "Third", "Fourth"];
 pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     style::heading(
         ui,
-        "Colours",
+        "Colours of the grid",
         "All sixteen are shown on the scene; the four that the camera tells apart best draw the grid.",
     );
     let ready = model.is_ready();
@@ -142,18 +142,16 @@ fn bar(ui: &mut Ui, colour: Rgb, share: Option<f32>, width: f32) {
 fn choice(colours: &mut Colours, ui: &mut Ui) {
     let before = (colours.best, colours.unary);
     egui::Grid::new("choice")
-        .num_columns(3)
-        .spacing([8.0, 4.0])
+        .num_columns(6)
+        .spacing([6.0, 3.0])
         .show(ui, |ui| {
             for (k, place) in PLACES.into_iter().enumerate() {
-                colour_row(
-                    ui,
-                    &format!("{place} colour"),
-                    &mut colours.best[k],
-                    &colours.palette,
-                );
+                menu(ui, place, &mut colours.best[k], &colours.palette);
+                if k % 2 == 1 {
+                    ui.end_row();
+                }
             }
-            colour_row(ui, "Unary colour", &mut colours.unary, &colours.palette);
+            menu(ui, "Unary", &mut colours.unary, &colours.palette);
         });
     if before != (colours.best, colours.unary) {
         colours.overridden = true;
@@ -161,12 +159,13 @@ fn choice(colours: &mut Colours, ui: &mut Ui) {
     cost(colours, ui);
 }
 
-fn colour_row(ui: &mut Ui, name: &str, colour: &mut Rgb, palette: &shared::pattern::Palette) {
+/// A menu of the sixteen colours.
+fn menu(ui: &mut Ui, name: &str, colour: &mut Rgb, palette: &Palette) {
     let label = ui.label(name);
-    style::swatch(ui, *colour, vec2(22.0, 18.0));
+    style::swatch(ui, *colour, vec2(16.0, 18.0));
     let combo = egui::ComboBox::from_id_salt(name)
         .selected_text(palette.name_of(*colour))
-        .width(150.0)
+        .width(92.0)
         .show_ui(ui, |ui| {
             for entry in palette.colours() {
                 ui.horizontal(|ui| {
@@ -176,7 +175,6 @@ fn colour_row(ui: &mut Ui, name: &str, colour: &mut Rgb, palette: &shared::patte
             }
         });
     combo.response.labelled_by(label.id);
-    ui.end_row();
 }
 
 /// What the choice is expected to give, beside the best one.

@@ -87,8 +87,9 @@ pub(super) fn choose_scan(model: &mut Model, ui: &mut Ui) -> Option<(PathBuf, Pl
     }
     ui.separator();
     ui.horizontal(|ui| {
-        let edit = egui::TextEdit::singleline(&mut model.load_name).hint_text("another folder");
-        ui.add(edit.desired_width(190.0));
+        let label = ui.label("Folder");
+        let edit = egui::TextEdit::singleline(&mut model.load_name).hint_text("another one");
+        ui.add(edit.desired_width(150.0)).labelled_by(label.id);
         let may = !model.load_name.trim().is_empty();
         if ui.add_enabled(may, egui::Button::new("Load")).clicked() {
             chosen = Some((model.load_name.trim().into(), Place::Result));

@@ -129,9 +129,11 @@ pub(super) fn figures(scan: &OpenScan, ui: &mut Ui) {
 
 fn keep(model: &mut Model, scan: &OpenScan, ui: &mut Ui) {
     ui.horizontal(|ui| {
-        ui.label("Save as")
+        let label = ui
+            .label("Save as")
             .on_hover_text("The scan is on the disk already; this makes a copy under another name");
-        ui.add(egui::TextEdit::singleline(&mut model.save_name).desired_width(240.0));
+        let edit = egui::TextEdit::singleline(&mut model.save_name).desired_width(240.0);
+        ui.add(edit).labelled_by(label.id);
         let may = !model.save_name.trim().is_empty();
         let save = ui.add_enabled(may, egui::Button::new("Save"));
         if save

@@ -18,7 +18,7 @@ use crate::{
 pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     style::heading(
         ui,
-        "Scan",
+        "Record a scan",
         "The scene without and with an object; what moved is its shape.",
     );
     stage(model, Stage::Background, ui);

@@ -22,7 +22,7 @@ const RATES: [u32; 5] = [10, 15, 25, 30, 60];
 pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     style::heading(
         ui,
-        "Source",
+        "Camera and rig",
         "Where pictures come from, and how the rig is.",
     );
     camera(model, ui);
@@ -204,8 +204,8 @@ fn about(model: &Model, ui: &mut Ui) {
                     format!("{} ({})", screen.name, screen.raster),
                 );
                 let (rows, columns) = (grid.coded.rows(), grid.coded.columns());
-                style::row(ui, "Grid", format!("{rows} rows, {columns} columns"));
-                ui.label(RichText::new("Colours").weak());
+                style::row(ui, "Lines", format!("{rows} rows, {columns} columns"));
+                ui.label(RichText::new("Drawn in").weak());
                 ui.horizontal(|ui| {
                     for &colour in grid.coded.colours() {
                         style::swatch(ui, colour, egui::vec2(18.0, 14.0));

@@ -1,192 +1,24 @@
 //! The window without a display: what it says, what its buttons ask for, and how it looks.
 
-use std::sync::mpsc::{Receiver, sync_channel};
+mod fixture;
 
 use eframe::egui::{self, Key};
-use egui_kittest::{
-    Harness, SnapshotOptions,
-    kittest::{NodeT, Queryable},
-};
-use image::{Rgb as Pixel, RgbImage};
-use rig_tests::measure::{Repeats, SimulatedScan};
+use egui_kittest::kittest::{NodeT, Queryable};
+use image::RgbImage;
 use shared::{
-    pattern::{GridSettings, Palette, Pattern, RasterSize, Rgb},
-    protocol::{ProjectorState, ScreenInfo, ScreenKind, Shown, View},
-    simulation::Scene,
+    pattern::{GridSettings, Palette, Pattern},
     stage::Stage,
 };
 
 use super::{
-    events::{Event, FileJob, Job, Place, RigInfo, Who},
-    live_picture::{LivePicture, LivePlace, LiveReading, screen_image},
-    model::{Model, Ports, Side, Tab},
+    events::{Event, FileJob, Job, Place, Who},
+    live_picture::{LivePicture, LiveReading, screen_image},
+    model::{Side, Tab},
     open_scan::{OpenScan, StageView},
-    preferences::{Preferences, Theme},
-    sources::Source,
-    style, window,
+    preferences::Theme,
 };
-use crate::{
-    camera::{CameraSettings, load_scene},
-    config::Config,
-    pipeline::{
-        Projected,
-        colour_choice::{ColourTrial, choose_colours},
-    },
-    session::{Cancel, Progress},
-};
-
-const RASTER: RasterSize = RasterSize {
-    width: 1024,
-    height: 768,
-};
-
-/// The window, and what it has asked for.
-struct Tested {
-    harness: Harness<'static, Model>,
-    jobs: Receiver<Job>,
-    files: Receiver<FileJob>,
-    cancel: Cancel,
-}
-
-impl Tested {
-    fn new(theme: Theme) -> Self {
-        let (job_sender, jobs) = sync_channel(8);
-        let (file_sender, files) = sync_channel(8);
-        let (_, events) = sync_channel(1);
-        let cancel = Cancel::default();
-        let ports = Ports {
-            jobs: job_sender,
-            files: file_sender,
-            events,
-            live: LivePlace::default(),
-            cancel: cancel.clone(),
-        };
-        let preferences = Preferences {
-            theme,
-            ..Preferences::default()
-        };
-        let source = Source {
-            camera: None,
-            settings: CameraSettings::default(),
-        };
-        let places = ("bench:4460".to_owned(), "scan".into());
-        let model = Model::new(ports, preferences, source, places, false);
-        let harness = Harness::builder()
-            .with_size([1280.0, 690.0])
-            .with_context_setup(style::apply)
-            .build_ui_state(|ui, model: &mut Model| window::show(model, ui), model);
-        Self {
-            harness,
-            jobs,
-            files,
-            cancel,
-        }
-    }
-
-    fn tell(&mut self, event: Event) {
-        self.harness.state_mut().take_event(event);
-        self.harness.run_steps(3);
-    }
-
-    fn click(&mut self, label: &str) {
-        self.harness.get_by_label(label).click();
-        self.harness.run_steps(3);
-    }
-
-    fn connected() -> Self {
-        let mut tested = Self::new(Theme::Dark);
-        tested.tell(Event::Connected(Box::new(rig())));
-        tested
-    }
-
-    fn says(&self, text: &str) -> bool {
-        self.harness.query_by_label_contains(text).is_some()
-    }
-}
-
-fn rig() -> RigInfo {
-    let grid = GridSettings::default();
-    RigInfo {
-        camera: "a webcam (uvcvideo)".into(),
-        source: Source {
-            camera: None,
-            settings: CameraSettings::default(),
-        },
-        format: "640x480 YUYV at 30 frames per second".into(),
-        size: [640, 480],
-        projector: ProjectorState {
-            screen: ScreenInfo {
-                kind: ScreenKind::FullScreen,
-                name: "HDMI-1".into(),
-                raster: RASTER,
-                problem: None,
-            },
-            shown: Shown {
-                serial: 1,
-                pattern: grid.coded.clone().into(),
-                raster: RASTER,
-                presented_ns: 0,
-            },
-            grid,
-            view: View::Coded,
-            blank: false,
-            controller: Some("acquirer".into()),
-            selection: None,
-        },
-    }
-}
-
-/// A grey wall under each colour of the palette.
-fn measured() -> crate::pipeline::colour_choice::ColourSelection {
-    let wall = |colour: Rgb| {
-        RgbImage::from_fn(160, 120, |x, y| {
-            let on_line = x % 20 < 5 || y % 20 < 5;
-            let noise = ((x * 7919 + y * 104_729) % 5) as u8;
-            Pixel(
-                colour
-                    .0
-                    .map(|c| 20 + noise + if on_line { c / 2 } else { 0 }),
-            )
-        })
-    };
-    let full = |light: u8| RgbImage::from_pixel(160, 120, Pixel([light; 3]));
-    let palette = Palette::default();
-    let shots = palette.colours().iter();
-    let trial = ColourTrial {
-        black: vec![full(22), full(23)],
-        white: vec![full(150), full(151)],
-        shots: shots
-            .map(|entry| (entry.clone(), wall(entry.colour)))
-            .collect(),
-    };
-    let projected = Projected {
-        pattern: GridSettings::default(),
-        raster: RASTER,
-    };
-    choose_colours(&trial, &projected, None).unwrap()
-}
-
-/// A scan of the simulated cube on disk.
-fn cube_scan() -> tempfile::TempDir {
-    let scene: Scene = load_scene("cube").unwrap();
-    let repeats = Repeats {
-        references: 2,
-        coded: 1,
-        unary: 1,
-    };
-    let scan = SimulatedScan::record(&scene, &GridSettings::default(), repeats);
-    let dir = tempfile::tempdir().unwrap();
-    scan.save(&dir.path().join("cube")).unwrap();
-    dir
-}
-
-fn snapshots() -> SnapshotOptions {
-    // letters of another driver differ in their edges
-    SnapshotOptions::new()
-        .output_path("../tests/snapshots")
-        .threshold(1.6)
-        .max_failed_pixels(400_usize)
-}
+use crate::{config::Config, session::Progress};
+use fixture::{RASTER, Tested, cube_scan, looks_as_before, measured, rig};
 
 #[test]
 fn without_a_rig_the_window_says_what_to_do() {
@@ -322,12 +154,6 @@ fn a_scan_is_recorded_judged_kept_and_computed_by_clicks() {
     assert_eq!(tested.jobs.try_recv(), Ok(Job::NextObject));
 }
 
-fn looks_as_before(mut tested: Tested, name: &str) -> Tested {
-    tested.harness.run_steps(2);
-    tested.harness.snapshot_options(name, &snapshots());
-    tested
-}
-
 #[test]
 fn a_long_action_tells_its_progress_and_can_be_cancelled() {
     let mut tested = Tested::connected();
@@ -429,7 +255,7 @@ fn the_window_fits_a_small_screen_and_grows_with_its_scale() {
         tested.harness.set_pixels_per_point(zoom);
         tested.harness.run_steps(3);
         let inside = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::Vec2::from(size) / zoom);
-        for label in ["Live", "Help", "Shadow", "Identify", "Source", "Scan"] {
+        for label in ["Live", "Help", "Shadow", "Identify", "Colours", "Scan"] {
             let rect = tested.harness.get_by_label(label).rect();
             assert!(
                 inside.contains_rect(rect),

@@ -3,7 +3,10 @@
 use std::{
     collections::VecDeque,
     ops::ControlFlow,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     time::{Duration, Instant},
 };
 
@@ -26,6 +29,8 @@ pub(super) struct LiveTap {
     place: LivePlace,
     context: egui::Context,
     counts: Arc<Mutex<Counts>>,
+    /// Frames are shown with what was read from them, not before.
+    only_read: Arc<AtomicBool>,
 }
 
 #[derive(Default)]
@@ -40,12 +45,17 @@ impl LiveTap {
             place,
             context,
             counts: Arc::default(),
+            only_read: Arc::default(),
         }
     }
 
     /// For frames that are taken and not read.
     pub(super) fn for_frames(self) -> Tap {
-        Box::new(move |frame| self.show(frame, None, None))
+        Box::new(move |frame| {
+            if !self.only_read.load(Ordering::Relaxed) {
+                self.show(frame, None, None);
+            }
+        })
     }
 
     fn show(&self, frame: &Frame, reader: Option<&Reader>, reading: Option<LiveReading>) {
@@ -79,6 +89,7 @@ impl RigWorker {
     pub(super) fn read_frames(&mut self, rig: &mut Rig, session: &mut Session, tap: &LiveTap) {
         self.cancel.reset();
         let read = self.read_until_asked(rig, session, tap);
+        tap.only_read.store(false, Ordering::Relaxed);
         if read.is_err() || self.cancel.is_cancelled() {
             self.read_live = false;
             self.teller.tell(Event::ReadingStopped);
@@ -116,6 +127,7 @@ impl RigWorker {
         let mut begun = false;
         read_live(rig, scene, &settings, &cancel, &mut |seen| {
             if !std::mem::replace(&mut begun, true) {
+                tap.only_read.store(true, Ordering::Relaxed);
                 self.teller.tell(Event::Idle(Who::Rig));
             }
             self.show_read(seen, &now, tap);

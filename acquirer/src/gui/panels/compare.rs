@@ -19,13 +19,13 @@ const OFFERED: usize = 10;
 pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     ui.horizontal(|ui| {
         let menu = ui.menu_button("Choose the left scan", |ui| {
-            chosen(model, ui, Place::Result)
+            chosen(model, ui, Place::Result);
         });
         if menu.response.clicked() {
             model.ask_files(FileJob::FindSources);
         }
         let menu = ui.menu_button("Choose the right scan", |ui| {
-            chosen(model, ui, Place::Beside)
+            chosen(model, ui, Place::Beside);
         });
         if menu.response.clicked() {
             model.ask_files(FileJob::FindSources);

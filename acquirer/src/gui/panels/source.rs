@@ -122,7 +122,7 @@ fn format(model: &mut Model, ui: &mut Ui) {
     );
     let settings = &mut model.source.settings;
     egui::Grid::new("format").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
-        ui.label("Format").on_hover_text(
+        let label = ui.label("Format").on_hover_text(
             "How frames are packed on the cable (C and F). Uncompressed ones keep colours apart best.",
         );
         let shown = if settings.pixel_format.is_empty() {
@@ -130,7 +130,7 @@ fn format(model: &mut Model, ui: &mut Ui) {
         } else {
             &settings.pixel_format
         };
-        egui::ComboBox::from_id_salt("pixel format")
+        let combo = egui::ComboBox::from_id_salt("pixel format")
             .selected_text(shown.to_owned())
             .show_ui(ui, |ui| {
                 let format = &mut settings.pixel_format;
@@ -140,9 +140,9 @@ fn format(model: &mut Model, ui: &mut Ui) {
                 }
             });
         ui.end_row();
-        ui.label("Image size").on_hover_text("Pixels of the camera's picture");
+        let label = ui.label("Image size").on_hover_text("Pixels of the camera's picture");
         let mut size = (settings.width, settings.height);
-        egui::ComboBox::from_id_salt("size")
+        let combo = egui::ComboBox::from_id_salt("size")
             .selected_text(format!("{} x {}", size.0, size.1))
             .show_ui(ui, |ui| {
                 for choice in sizes {
@@ -151,8 +151,8 @@ fn format(model: &mut Model, ui: &mut Ui) {
             });
         (settings.width, settings.height) = size;
         ui.end_row();
-        ui.label("At most").on_hover_text("The fastest rate that is taken");
-        egui::ComboBox::from_id_salt("rate")
+        let label = ui.label("At most").on_hover_text("The fastest rate that is taken");
+        let combo = egui::ComboBox::from_id_salt("rate")
             .selected_text(format!("{} per second", settings.max_rate))
             .show_ui(ui, |ui| {
                 for rate in RATES {
@@ -213,6 +213,9 @@ fn about(model: &Model, ui: &mut Ui) {
                     ui.label(RichText::new("unary").weak());
                     style::swatch(ui, grid.unary, egui::vec2(18.0, 14.0));
                 });
+                combo.response.labelled_by(label.id);
+                combo.response.labelled_by(label.id);
+                combo.response.labelled_by(label.id);
                 ui.end_row();
             });
         let camera_px = rig.size;

@@ -22,11 +22,16 @@ use crate::{
 const IDENTIFY_S: u32 = 5;
 
 impl RigWorker {
-    pub(super) fn job(&self, job: Job, rig: &mut Rig, session: &mut Session) -> anyhow::Result<()> {
+    pub(super) fn job(
+        &self,
+        job: &Job,
+        rig: &mut Rig,
+        session: &mut Session,
+    ) -> anyhow::Result<()> {
         if matches!(job, Job::PickColours { .. } | Job::Record(_)) {
             self.need_latency(rig)?;
         }
-        match job {
+        match *job {
             Job::PickColours { apply } => self.pick_colours(apply, rig, session),
             Job::ApplyColours(best, unary) => self.apply_colours((best, unary), rig, session),
             Job::Record(stage) => self.record(stage, rig, session),

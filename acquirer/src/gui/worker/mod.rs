@@ -135,7 +135,7 @@ impl RigWorker {
             }
             rig.tap = Some(tap.clone().for_frames());
             if let Some(job) = session.queue.pop_front() {
-                self.do_job(job, rig, session);
+                self.do_job(&job, rig, session);
             }
             if session.reopen {
                 return Ok(Left::Reopen);
@@ -179,7 +179,7 @@ impl RigWorker {
         }
     }
 
-    fn do_job(&self, job: Job, rig: &mut Rig, session: &mut Session) {
+    fn do_job(&self, job: &Job, rig: &mut Rig, session: &mut Session) {
         self.cancel.reset();
         if let Err(error) = self.job(job, rig, session) {
             session.queue.clear();

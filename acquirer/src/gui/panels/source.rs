@@ -139,6 +139,7 @@ fn format(model: &mut Model, ui: &mut Ui) {
                     ui.selectable_value(format, code.clone(), format!("{code}  {words}"));
                 }
             });
+        combo.response.labelled_by(label.id);
         ui.end_row();
         let label = ui.label("Image size").on_hover_text("Pixels of the camera's picture");
         let mut size = (settings.width, settings.height);
@@ -149,6 +150,7 @@ fn format(model: &mut Model, ui: &mut Ui) {
                     ui.selectable_value(&mut size, choice, format!("{} x {}", choice.0, choice.1));
                 }
             });
+        combo.response.labelled_by(label.id);
         (settings.width, settings.height) = size;
         ui.end_row();
         let label = ui.label("At most").on_hover_text("The fastest rate that is taken");
@@ -160,6 +162,7 @@ fn format(model: &mut Model, ui: &mut Ui) {
                     ui.selectable_value(&mut settings.max_rate, rate, text);
                 }
             });
+        combo.response.labelled_by(label.id);
         ui.end_row();
     });
 }
@@ -213,9 +216,6 @@ fn about(model: &Model, ui: &mut Ui) {
                     ui.label(RichText::new("unary").weak());
                     style::swatch(ui, grid.unary, egui::vec2(18.0, 14.0));
                 });
-                combo.response.labelled_by(label.id);
-                combo.response.labelled_by(label.id);
-                combo.response.labelled_by(label.id);
                 ui.end_row();
             });
         let camera_px = rig.size;

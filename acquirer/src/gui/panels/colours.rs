@@ -143,6 +143,7 @@ fn choice(colours: &mut Colours, ui: &mut Ui) {
     let before = (colours.best, colours.unary);
     egui::Grid::new("choice")
         .num_columns(6)
+        .min_col_width(0.0)
         .spacing([6.0, 3.0])
         .show(ui, |ui| {
             for (k, place) in PLACES.into_iter().enumerate() {
@@ -165,7 +166,7 @@ fn menu(ui: &mut Ui, name: &str, colour: &mut Rgb, palette: &Palette) {
     style::swatch(ui, *colour, vec2(16.0, 18.0));
     let combo = egui::ComboBox::from_id_salt(name)
         .selected_text(palette.name_of(*colour))
-        .width(92.0)
+        .width(82.0)
         .show_ui(ui, |ui| {
             for entry in palette.colours() {
                 ui.horizontal(|ui| {

@@ -66,7 +66,7 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
             let right = egui::Layout::right_to_left(egui::Align::Center);
             ui.with_layout(right, |ui| {
                 if ui
-                    .link("Steps")
+                    .link("See the steps")
                     .on_hover_text("Look at what every step made of it")
                     .clicked()
                 {

@@ -144,6 +144,8 @@ fn a_scan_is_recorded_judged_kept_and_computed_by_clicks() {
     tested.click("Table");
     assert!(tested.says("UPPER_LEFT") || tested.says("upper_left"));
     tested.click("Surface");
+    let model = tested.harness.state_mut();
+    (model.save_name, model.scan.dir) = ("cube-kept".into(), Some("cube".into()));
     let mut tested = looks_as_before(tested, "result");
 
     // a crossing of the decoded grid tells its window

@@ -21,8 +21,8 @@ Examples:
   projector screens                     which monitors there are
   projector render --pattern config/pattern.toml --size 1024x768 grid.png
 
-Keys in the window: I identify, C coded grid, U unary grid, K black, W white,
-R ramp, Escape end.
+Keys in the window: I identify, T test card for focus and keystone, C coded grid,
+2 two-colour grid, U unary grid, K black, W white, R ramp, Escape end.
 Standard output gets one line, \"listening on ADDR:PORT\", once the first picture
 is shown and commands are taken. The log goes to standard error; RUST_LOG=debug
 makes it longer.

@@ -13,9 +13,11 @@ pub(super) fn command_of(key: &Key) -> Option<Command> {
     };
     let view = match text.to_lowercase().as_str() {
         "c" => View::Coded,
+        "2" => View::TwoColour,
         "u" => View::Unary,
         "k" => View::Black,
         "w" => View::White,
+        "t" => View::TestCard,
         "r" => View::Ramp,
         "i" => {
             return Some(Command::Identify {

@@ -1,4 +1,4 @@
-//! The keys of the projector's own keyboard, for pointing and focusing without a second computer.
+//! The keys of both windows, for pointing and focusing without a second computer.
 
 use shared::protocol::{Command, View};
 use winit::keyboard::Key;

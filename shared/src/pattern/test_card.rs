@@ -223,7 +223,7 @@ impl Card {
         for (side, chequer_px) in [(-1, 1), (1, 2)] {
             let area = Area {
                 x: x + side * square * 7 / 2 - square / 2,
-                y: y + gap - square,
+                y: y - square / 2,
                 width: square,
                 height: square,
             };

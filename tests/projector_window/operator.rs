@@ -27,6 +27,8 @@ const PATTERN: RasterSize = RasterSize {
     height: 240,
 };
 const TITLE: &str = "projector - operator";
+/// What the frame that draws without a display leaves free around the window, in points.
+const MARGIN: f32 = 8.0;
 /// Far longer than a drawing takes.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -53,7 +55,10 @@ impl Twin {
             operator::ui(ui, view, panels);
         };
         let mut harness = Harness::builder()
-            .with_size([size.width as f32, size.height as f32])
+            .with_size([
+                size.width as f32 + 2.0 * MARGIN,
+                size.height as f32 + 2.0 * MARGIN,
+            ])
             .with_max_steps(16)
             .with_context_setup(install_style)
             .build_ui_state(draw, (view, Panels::default()));
@@ -63,7 +68,8 @@ impl Twin {
 
     /// Where a part of the window lies.
     fn place(&self, role: egui::Role, name: &str) -> egui::Rect {
-        self.harness.get_by_role_and_label(role, name).rect()
+        let rect = self.harness.get_by_role_and_label(role, name).rect();
+        rect.translate(egui::Vec2::splat(-MARGIN))
     }
 
     fn click(&mut self, role: egui::Role, name: &str) {
@@ -108,6 +114,21 @@ impl Rig {
         ));
     }
 
+    /// Waits until a part of the operator's window has a pixel of this colour.
+    fn wait_for(&self, place: egui::Rect, colour: Rgb) {
+        let begin = Instant::now();
+        let (x, y) = (place.min.x as u32, place.min.y as u32);
+        let size = RasterSize {
+            width: place.width() as u32,
+            height: place.height() as u32,
+        };
+        let has = |part: &Raster| part.bytes().chunks(3).any(|pixel| pixel == colour.0);
+        while !has(&cut(&self.display.window(TITLE), x, y, size)) {
+            assert!(begin.elapsed() < PATIENCE, "no {colour} at {place:?}");
+            thread::sleep(Duration::from_millis(100));
+        }
+    }
+
     /// Waits until another picture is on the wall, and compares the wall with it.
     fn wall(&mut self) -> Pattern {
         let shown = loop {
@@ -142,9 +163,9 @@ fn a_click_changes_the_wall_and_every_client_is_told() {
     let mut twin = rig.twin();
     rig.click(twin.place(egui::Role::ComboBox, "Second colour"));
     twin.click(egui::Role::ComboBox, "Second colour");
-    // the menu must be open before the next click
-    thread::sleep(Duration::from_millis(500));
-    rig.click(twin.place(egui::Role::Button, "azure"));
+    let azure = twin.place(egui::Role::Button, "azure");
+    rig.wait_for(azure, Rgb([0, 128, 255]));
+    rig.click(azure);
     let Pattern::Grid(grid) = rig.wall() else {
         panic!("a grid")
     };
@@ -176,7 +197,7 @@ fn what_a_client_sets_is_drawn_in_the_window() {
             size,
         });
         // the preview stands where it stood for the first picture
-        let place = twin.harness.get_by_label_contains("Preview").rect();
+        let place = twin.place(egui::Role::Image, "Preview: Identify card");
         let (x, y) = (place.min.x.round() as u32, place.min.y.round() as u32);
         let begin = Instant::now();
         while cut(&rig.display.window(TITLE), x, y, size) != expected {

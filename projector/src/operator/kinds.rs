@@ -133,7 +133,7 @@ fn preview(ui: &mut Ui, view: &OperatorView, panels: &mut Panels) {
     let shown = &overview.state.shown;
     let room = vec2(
         ui.available_width(),
-        (ui.ctx().content_rect().height() - BELOW_PREVIEW).max(LEAST_PREVIEW),
+        (panels.height - BELOW_PREVIEW).max(LEAST_PREVIEW),
     );
     let raster = shown.raster;
     let aspect = raster.width as f32 / raster.height.max(1) as f32;

@@ -78,6 +78,8 @@ pub struct Panels {
     widths: Option<[u32; 2]>,
     /// Size of the preview in physical pixels.
     preview_px: RasterSize,
+    /// Height of all that is drawn, in points.
+    height: f32,
 }
 
 impl Default for Panels {
@@ -91,6 +93,7 @@ impl Default for Panels {
                 width: 1,
                 height: 1,
             },
+            height: 0.0,
         }
     }
 }
@@ -106,6 +109,7 @@ impl Panels {
 /// Draws the window and gives what the operator asks for, in order.
 pub fn ui(ui: &mut Ui, view: &OperatorView, panels: &mut Panels) -> Vec<Action> {
     let mut asked = Vec::new();
+    panels.height = ui.available_height();
     Panel::top("bar")
         .frame(style::bar(ui))
         .show(ui, |ui| bar(ui, view, &mut asked));

@@ -55,7 +55,7 @@ pub(super) fn colour_menu(
             let (left, right) = palette.colours().split_at(palette.colours().len() / 2);
             Grid::new("palette").num_columns(2).show(ui, |ui| {
                 for entry in left.iter().zip(right).flat_map(|(one, other)| [one, other]) {
-                    let item = (swatch(entry.colour), entry.name.as_str());
+                    let item = (swatch(entry.colour), entry.name.as_str(), Atom::grow());
                     let button = Button::selectable(entry.colour == current, item);
                     if ui.add(button.min_size(vec2(116.0, 0.0))).clicked() {
                         chosen = Some(entry.colour);

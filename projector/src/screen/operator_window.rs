@@ -1,8 +1,9 @@
 //! The operator's window on its monitor: egui's input and pixels, on the pattern's graphics driver.
 //!
-//! It is drawn only when something has changed, presents without waiting for a refresh, and rests between two
-//! drawings for three times as long as the last one took; `window` draws it only while no picture is on its way to
-//! the screen. So it never holds up the pattern. The preview is made by a thread of its own.
+//! It is drawn only when something has changed and presents without waiting for a refresh. `window` draws it only
+//! when the pattern has stood still for longer than a drawing takes, the GPU's work included ([`OperatorWindow::rest`]),
+//! so pictures that follow each other closely, as in a sequence, are never held up by it. The preview is made by a
+//! thread of its own.
 
 use std::{
     net::SocketAddr,
@@ -38,10 +39,12 @@ const SIZE: LogicalSize<f64> = LogicalSize::new(1080.0, 720.0);
 const INSET_PX: i32 = 40;
 /// Pause after a frame that could not be presented.
 const RETRY: Duration = Duration::from_millis(100);
-/// Least time between two drawings.
-const SHORTEST_REST: Duration = Duration::from_millis(12);
-/// Longest time between two drawings that are wanted.
-const LONGEST_REST: Duration = Duration::from_millis(250);
+/// Least time that the pattern stands still before a drawing, and between two drawings.
+const SHORTEST_REST: Duration = Duration::from_millis(30);
+/// The same where drawing is slow, as with a software driver.
+const LONGEST_REST: Duration = Duration::from_millis(500);
+/// Longest time the GPU may take for one drawing.
+const GPU_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The open window.
 pub(super) struct OperatorWindow {
@@ -57,7 +60,9 @@ pub(super) struct OperatorWindow {
     panels: Panels,
     /// When it is to be drawn; `None` while nothing changes.
     due: Option<Instant>,
-    rested_at: Instant,
+    drawn_at: Instant,
+    /// How long the last drawing took.
+    cost: Duration,
 }
 
 /// What an event means for the program.
@@ -125,7 +130,8 @@ impl OperatorWindow {
             view: None,
             panels: Panels::default(),
             due: Some(Instant::now()),
-            rested_at: Instant::now(),
+            drawn_at: Instant::now(),
+            cost: Duration::ZERO,
         })
     }
 
@@ -133,9 +139,15 @@ impl OperatorWindow {
         self.window.id()
     }
 
-    /// When it is to be drawn next, if at all.
-    pub(super) fn due(&self) -> Option<Instant> {
-        self.due
+    /// When it is to be drawn next, if at all, with a pattern that stands still since a time.
+    pub(super) fn due(&self, still_since: Instant) -> Option<Instant> {
+        let rested = self.drawn_at.max(still_since) + self.rest();
+        self.due.map(|due| due.max(rested))
+    }
+
+    /// How long the pattern must stand still before a drawing: twice as long as the last one took.
+    fn rest(&self) -> Duration {
+        (2 * self.cost).clamp(SHORTEST_REST, LONGEST_REST)
     }
 
     /// Asks the system to call for a drawing.
@@ -179,14 +191,13 @@ impl OperatorWindow {
         self.changed();
     }
 
-    /// It is to be drawn soon, but rests a while after the last drawing.
+    /// It is to be drawn soon.
     pub(super) fn changed(&mut self) {
         self.wanted_at(Instant::now());
     }
 
     fn wanted_at(&mut self, time: Instant) {
-        let at = time.max(self.rested_at);
-        self.due = Some(self.due.map_or(at, |due| due.min(at)));
+        self.due = Some(self.due.map_or(time, |due| due.min(time)));
     }
 
     /// Takes an event of the window system.
@@ -238,7 +249,7 @@ impl OperatorWindow {
         });
         let again = self.present(output);
         let end = Instant::now();
-        self.rested_at = end + (3 * (end - begin)).clamp(SHORTEST_REST, LONGEST_REST);
+        (self.cost, self.drawn_at) = (end - begin, end);
         if let Some(time) = again.and_then(|delay| end.checked_add(delay)) {
             self.wanted_at(time);
         }
@@ -278,6 +289,7 @@ impl OperatorWindow {
                 queue.submit(uploads.into_iter().chain([encoder.finish()]));
                 self.window.pre_present_notify();
                 queue.present(texture);
+                self.finish();
                 true
             }
             other => {
@@ -290,6 +302,18 @@ impl OperatorWindow {
             self.renderer.free_texture(&id);
         }
         if presented { again } else { Some(RETRY) }
+    }
+
+    /// Waits until the GPU has drawn, so that it is known what a drawing costs. The next picture could not be drawn
+    /// earlier anyway: there is one queue.
+    fn finish(&self) {
+        let wait = wgpu::PollType::Wait {
+            submission_index: None,
+            timeout: Some(GPU_TIMEOUT),
+        };
+        if self.gpu.device.poll(wait).is_err() {
+            tracing::warn!("the GPU does not finish the operator's window");
+        }
     }
 
     fn paint(

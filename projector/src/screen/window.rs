@@ -2,7 +2,7 @@
 //!
 //! Takes orders, gives what winit and the GPU make of them. While a new picture is not certainly shown it
 //! is presented again and again; then the loop sleeps until something happens. The operator's window is drawn
-//! only while no picture is on its way.
+//! only while no picture is on its way and none came for a while.
 
 use std::{
     net::SocketAddr,
@@ -110,6 +110,8 @@ struct WindowScreen {
     /// Present while the picture is not certainly shown.
     presentation: Option<Presentation>,
     redraw_at: Option<Instant>,
+    /// When the pattern changed last, or became certain.
+    still_since: Instant,
     check_at: Option<Instant>,
     failure: Option<ScreenError>,
 }
@@ -132,6 +134,7 @@ impl WindowScreen {
             picture: None,
             presentation: None,
             redraw_at: None,
+            still_since: Instant::now(),
             check_at: None,
             failure: None,
         }
@@ -208,6 +211,7 @@ impl WindowScreen {
             pattern.period,
         ));
         self.redraw_at = None;
+        self.still_since = Instant::now();
         pattern.window.request_redraw();
     }
 
@@ -248,6 +252,7 @@ impl WindowScreen {
         };
         if pattern.canvas.finish() {
             self.presentation = None;
+            self.still_since = Instant::now();
             self.reporter
                 .presented(picture.serial, pattern.canvas.raster());
         } else {
@@ -263,12 +268,16 @@ impl WindowScreen {
     }
 
     fn draw_operator(&mut self, event_loop: &ActiveEventLoop) {
-        let quiet = self.is_quiet();
+        let (quiet, still_since) = (self.is_quiet(), self.still_since);
         let Some(operator) = &mut self.operator else {
             return;
         };
-        if !quiet {
-            operator.changed();
+        operator.changed();
+        if !quiet
+            || operator
+                .due(still_since)
+                .is_some_and(|time| time > Instant::now())
+        {
             return;
         }
         for action in operator.draw() {
@@ -388,7 +397,10 @@ impl WindowScreen {
             self.check_at = Some(now + MONITOR_CHECK);
             self.check_monitor(event_loop);
         }
-        let operator_at = self.operator.as_ref().and_then(OperatorWindow::due);
+        let operator_at = self
+            .operator
+            .as_ref()
+            .and_then(|operator| operator.due(self.still_since));
         let quiet = self.is_quiet();
         if let Some(operator) = &self.operator
             && quiet

@@ -156,8 +156,20 @@ impl OperatorWindow {
     }
 
     /// Goes to another monitor.
-    pub(super) fn move_to(&self, monitor: &MonitorHandle) {
+    pub(super) fn move_to(&mut self, monitor: &MonitorHandle) {
         self.window.set_outer_position(corner(monitor));
+        // Where the system resizes at once it tells so here, and sends no event.
+        if let Some(size) = self.window.request_inner_size(size_on(monitor)) {
+            self.resized(size);
+        }
+    }
+
+    fn resized(&mut self, size: PhysicalSize<u32>) {
+        let most = self.gpu.most_px();
+        self.config.width = size.width.clamp(1, most);
+        self.config.height = size.height.clamp(1, most);
+        self.surface.configure(&self.gpu.device, &self.config);
+        self.changed();
     }
 
     /// Takes what it shows from now on.
@@ -211,11 +223,7 @@ impl OperatorWindow {
         }
         match event {
             WindowEvent::Resized(size) => {
-                let most = self.gpu.most_px();
-                self.config.width = size.width.clamp(1, most);
-                self.config.height = size.height.clamp(1, most);
-                self.surface.configure(&self.gpu.device, &self.config);
-                self.changed();
+                self.resized(*size);
                 Outcome::Nothing
             }
             WindowEvent::CloseRequested => Outcome::Close,

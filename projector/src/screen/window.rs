@@ -301,7 +301,7 @@ impl WindowScreen {
             return;
         }
         self.present();
-        if let (Some(operator), Some(pattern)) = (&self.operator, &self.pattern)
+        if let (Some(operator), Some(pattern)) = (&mut self.operator, &self.pattern)
             && let Some(other) = other_monitor(event_loop, pattern)
         {
             operator.move_to(&other);

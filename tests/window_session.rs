@@ -172,6 +172,8 @@ fn session(home: &Path) -> (Window, [Program; 2]) {
     let found = xdotool(&window.display, &["search", "--name", "^acquirer$"]);
     window.id = found.lines().last().unwrap().to_owned();
     xdotool(&window.display, &["windowmove", &window.id, LEFT, "0"]);
+    let size = ["windowsize", &window.id, "1280", "780"];
+    xdotool(&window.display, &size);
     (window, [projector, acquirer])
 }
 

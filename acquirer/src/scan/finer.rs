@@ -24,7 +24,7 @@ use super::{
 use crate::pipeline::{Captures, Projected};
 
 /// The key of the manifest.
-const KEY: &str = "finer";
+pub(crate) const FINER_KEY: &str = "finer";
 /// Beginning of the names of folders, before the larger number of lines.
 pub(crate) const PREFIX: &str = "finer-";
 
@@ -183,19 +183,19 @@ fn set_finer(
     grids: &[FinerGrid],
 ) -> Result<(), ScanError> {
     if grids.is_empty() {
-        manifest.extra.remove(KEY);
+        manifest.extra.remove(FINER_KEY);
         return Ok(());
     }
     let value = serde_json::to_value(grids).map_err(|source| ScanError::Json {
         path: path.to_owned(),
         source,
     })?;
-    manifest.extra.insert(KEY.to_owned(), value);
+    manifest.extra.insert(FINER_KEY.to_owned(), value);
     Ok(())
 }
 
 fn finer_of(manifest: &ScanManifest, path: &Path) -> Result<Vec<FinerGrid>, ScanError> {
-    let Some(value) = manifest.extra.get(KEY) else {
+    let Some(value) = manifest.extra.get(FINER_KEY) else {
         return Ok(Vec::new());
     };
     let grids: Result<Vec<FinerGrid>, _> = serde_json::from_value(value.clone());

@@ -17,7 +17,7 @@ pub(crate) use check::{sums_path, write_sums};
 pub use checksum::{Checksum, ChecksumError};
 pub use error::ScanError;
 pub use finer::FinerGrid;
-pub(crate) use finer::{PREFIX as FINER_PREFIX, finer_folders};
+pub(crate) use finer::{FINER_KEY, PREFIX as FINER_PREFIX, finer_folders};
 pub use folder::ScanFolder;
 pub use fresh_folder::fresh_folder;
 pub(crate) use manifest::write_json;

@@ -290,7 +290,7 @@ impl<'a> Pass<'a> {
             let strong = strength > self.limit.strength(power);
             (strength > WEAK_SHARE * noise, strong)
         };
-        kept.then(|| Ridge {
+        kept.then_some(Ridge {
             across: across * self.image.bin as f32,
             strength,
             strong,

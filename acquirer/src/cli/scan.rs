@@ -11,15 +11,19 @@ use std::{
 use anyhow::{Context, bail};
 use shared::{geometry::RigCalibration, pattern::Palette, stage::Stage};
 
-use super::{args::ScanArgs, colours, console::Console, process, rig::open_rig};
+use super::{
+    args::ScanArgs,
+    colours,
+    console::Console,
+    process,
+    rig::{open_rig, tell_latency},
+};
 use crate::{
     camera::CameraSpec,
     config::Config,
     process::process_scan,
     scan::ScanFolder,
-    session::{
-        Cancel, NewScan, Rig, SessionError, grid_warnings, measure_latency, projected, record_stage,
-    },
+    session::{Cancel, NewScan, Rig, SessionError, grid_warnings, projected, record_stage},
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
@@ -103,7 +107,7 @@ impl Recording<'_> {
         cancel: &Cancel,
         console: &mut Console,
     ) -> anyhow::Result<ScanFolder> {
-        measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+        tell_latency(rig, config, cancel, console)?;
         let selection = match self.pick_colours {
             true => Some(colours::pick(
                 rig,

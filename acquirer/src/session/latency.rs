@@ -14,7 +14,7 @@ use super::{
     Cancel, Progress, Report, Rig, SessionError,
     rig::FRAME_TIMEOUT,
     sequence::Played,
-    tagging::{Estimate, Flash, Look, LookNoise, Timing, find_timing},
+    tagging::{Estimate, Flash, Look, LookNoise, Seen, Timing, find_timing},
 };
 use crate::{clock::monotonic_now, scan::Shows};
 
@@ -29,6 +29,8 @@ const SHORTEST_MS: f64 = 100.0;
 const SHORTEST_FRAMES: f64 = 3.0;
 /// A flash is longer by up to this many frames.
 const IRREGULAR_FRAMES: f64 = 3.0;
+/// A frame rate that differs by more than this share from the promised one is told to the operator.
+const RATE_TOLD: f64 = 0.1;
 /// The golden section: its multiples fall evenly and never in step.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -71,6 +73,30 @@ impl Latency {
         Duration::from_secs_f64(self.timing.settled_ms().max(0.0) / 1000.0)
     }
 
+    /// What the operator should know of it, in one line.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let Timing {
+            latency,
+            jitter,
+            readout,
+            exposure,
+            frame_ms,
+            ..
+        } = self.timing;
+        format!(
+            "latency {:.0} ms (+-{:.0}), jitter {:.0} ms, read-out {:.0} ms, exposure {:.0} ms, {:.1} frames a second; clocks \
+             known to {:.1} ms",
+            latency.ms,
+            latency.uncertainty_ms,
+            jitter.ms,
+            readout.ms,
+            exposure.ms,
+            1000.0 / frame_ms,
+            self.clock_uncertainty_ms
+        )
+    }
+
     /// For a recording, whose frames are there before anything is shown.
     fn of_recording(frame_ms: f64) -> Self {
         let nothing = Estimate {
@@ -83,6 +109,7 @@ impl Latency {
                 jitter: nothing,
                 readout: nothing,
                 exposure: nothing,
+                change: nothing,
                 frame_ms,
             },
             flashes: 0,
@@ -144,7 +171,16 @@ pub fn measure_latency(
     let flashes = settings.flashes.clamp(4, 60);
     let steps = flash_steps(flashes, rig.frame_ms());
     let played = rig.play(&steps, cancel)?;
-    let timing = levels.timing(&steps, &played, rig.frame_ms())?;
+    let frame_ms = frame_period_ms(&played.seen).unwrap_or_else(|| rig.frame_ms());
+    if (frame_ms / rig.frame_ms() - 1.0).abs() > RATE_TOLD {
+        tracing::warn!(
+            "the camera gives {:.1} frames a second, not {:.1}: in dim light an automatic exposure may last longer than a \
+             frame; fix the exposure or light the scene",
+            1000.0 / frame_ms,
+            1000.0 / rig.frame_ms()
+        );
+    }
+    let timing = levels.timing(&steps, &played, frame_ms)?;
     let clock = rig.clock_offset()?;
     let latency = Latency {
         flashes,
@@ -213,6 +249,23 @@ impl<'a> Levels<'a> {
             percent: f64::from(self.contrast()) / 2.55,
         })
     }
+}
+
+/// From frame to frame, from the stamps: the median step, made exact over all steps; `None` for too few frames.
+fn frame_period_ms(frames: &[Seen]) -> Option<f64> {
+    let pairs = frames.windows(2);
+    let mut steps: Vec<f64> = pairs.map(|p| p[1].stamp_ms - p[0].stamp_ms).collect();
+    steps.sort_by(f64::total_cmp);
+    let median = steps.get(steps.len() / 2).copied().filter(|&ms| ms > 0.0)?;
+    let whole = frames.last()?.stamp_ms - frames.first()?.stamp_ms;
+    let count = (whole / median).round();
+    // steps that are counted wrongly would spoil more than they mend
+    let exact = whole / count.max(1.0);
+    Some(if (exact / median - 1.0).abs() < 0.5 / count {
+        exact
+    } else {
+        median
+    })
 }
 
 /// White and black in turn, each for a time of its own, so that no periodic flicker keeps step.

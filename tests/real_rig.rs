@@ -34,8 +34,8 @@ use shared::protocol::{Role, ScreenKind};
 use shared::simulation::Room;
 use shared::stage::Stage;
 
-/// Frames a second: few, since the guest decodes each in software emulation.
-const RATE: u32 = 5;
+/// Frames a second: few, since the guest decodes each in software emulation, perhaps on a busy machine.
+const RATE: u32 = 2;
 const RASTER: RasterSize = RasterSize {
     width: 1024,
     height: 768,
@@ -110,6 +110,7 @@ fn work_in_a_guest(
 wait-fed
 echo "== cameras"; acquirer cameras --json
 printf '{QUICK}' >/tmp/quick.toml
+export RUST_LOG=info
 rig="--projector 10.0.2.2:{projector} --camera /dev/video0 --config /tmp/quick.toml --json"
 echo "== live"
 acquirer live $rig --mode dynamic --frames 4 || exit
@@ -129,6 +130,7 @@ exit $code"#,
         archive = archive.local_addr().unwrap().port(),
     );
     let guest = Guest::with(Device::Loopback)
+        .for_seconds(1200)
         .program(env!("CARGO_BIN_EXE_acquirer"))
         .program(built_program("frame_feeder").unwrap());
     let into = into.to_owned();

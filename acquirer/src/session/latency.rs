@@ -13,10 +13,10 @@ use shared::{protocol::View, stage::Stage};
 use super::{
     Cancel, Progress, Report, Rig, SessionError,
     rig::FRAME_TIMEOUT,
-    sequence::Played,
-    tagging::{Estimate, Flash, Look, LookNoise, Seen, Timing, find_timing},
+    sequence::{Played, milliseconds},
+    tagging::{Estimate, Flash, Look, LookNoise, Timing, find_timing},
 };
-use crate::{clock::monotonic_now, scan::Shows};
+use crate::{camera::Frame, clock::monotonic_now, scan::Shows};
 
 /// Time that black and white are held before their level is taken: most projectors lag less than 200 ms.
 const SETTLE: Duration = Duration::from_millis(600);
@@ -31,6 +31,8 @@ const SHORTEST_FRAMES: f64 = 3.0;
 const IRREGULAR_FRAMES: f64 = 3.0;
 /// A frame rate that differs by more than this share from the promised one is told to the operator.
 const RATE_TOLD: f64 = 0.1;
+/// A camera is steady when its mean and its median frame time differ by less than this share.
+const STEADY: f64 = 0.02;
 /// The golden section: its multiples fall evenly and never in step.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -171,7 +173,7 @@ pub fn measure_latency(
     let flashes = settings.flashes.clamp(4, 60);
     let steps = flash_steps(flashes, rig.frame_ms());
     let played = rig.play(&steps, cancel)?;
-    let frame_ms = frame_period_ms(&played.seen).unwrap_or_else(|| rig.frame_ms());
+    let frame_ms = frame_period_ms(&played.frames).unwrap_or_else(|| rig.frame_ms());
     if (frame_ms / rig.frame_ms() - 1.0).abs() > RATE_TOLD {
         tracing::warn!(
             "the camera gives {:.1} frames a second, not {:.1}: in dim light an automatic exposure may last longer than a \
@@ -251,21 +253,24 @@ impl<'a> Levels<'a> {
     }
 }
 
-/// From frame to frame, from the stamps: the median step, made exact over all steps; `None` for too few frames.
-fn frame_period_ms(frames: &[Seen]) -> Option<f64> {
+/// From frame to frame, from the stamps and the camera's count, since a slow machine may miss frames; `None` for too
+/// few of them.
+fn frame_period_ms(frames: &[Frame]) -> Option<f64> {
+    let period = |first: &Frame, last: &Frame| {
+        let count = last.number.checked_sub(first.number)?;
+        let ms = milliseconds(last.captured_at.checked_sub(first.captured_at)?);
+        (count > 0).then(|| ms / count as f64)
+    };
     let pairs = frames.windows(2);
-    let mut steps: Vec<f64> = pairs.map(|p| p[1].stamp_ms - p[0].stamp_ms).collect();
+    let mut steps: Vec<f64> = pairs
+        .filter_map(|pair| period(&pair[0], &pair[1]))
+        .collect();
     steps.sort_by(f64::total_cmp);
-    let median = steps.get(steps.len() / 2).copied().filter(|&ms| ms > 0.0)?;
-    let whole = frames.last()?.stamp_ms - frames.first()?.stamp_ms;
-    let count = (whole / median).round();
-    // steps that are counted wrongly would spoil more than they mend
-    let exact = whole / count.max(1.0);
-    Some(if (exact / median - 1.0).abs() < 0.5 / count {
-        exact
-    } else {
-        median
-    })
+    let median = *steps.get(steps.len() / 2)?;
+    // over all frames it is more exact, unless the camera paused or counted anew
+    let whole = period(frames.first()?, frames.last()?)?;
+    let alike = (whole / median - 1.0).abs() < STEADY;
+    Some(if alike { whole } else { median })
 }
 
 /// White and black in turn, each for a time of its own, so that no periodic flicker keeps step.

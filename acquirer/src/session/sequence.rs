@@ -167,7 +167,8 @@ impl Rig {
             return Ok(shots.iter().map(|_| Vec::new()).collect());
         };
         let noise = latency.noise.after_failures(pass);
-        let told = tag_frames(&played.seen, &played.shown_ms, &latency.timing, noise);
+        let timing = latency.timing.after_failures(pass);
+        let told = tag_frames(&played.seen, &played.shown_ms, &timing, noise);
         self.check_latency(&told);
         let mut frames: Vec<Option<Frame>> = played.frames.into_iter().map(Some).collect();
         let taken = shots.iter().enumerate().map(|(k, shot)| {

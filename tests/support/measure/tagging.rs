@@ -203,8 +203,8 @@ impl Simulation {
             if missing.is_empty() {
                 break;
             }
-            let noise = noise.after_failures(pass);
-            missing = self.pass((&missing, pass), (timing, noise), now, &mut score);
+            let after = (&timing.after_failures(pass), noise.after_failures(pass));
+            missing = self.pass((&missing, pass), after, now, &mut score);
         }
         score.untold = missing.len();
         score

@@ -14,20 +14,23 @@ const SEARCHED_MS: (f64, f64) = (-200.0, 1200.0);
 /// Standard deviation of a band's share, and the most one share can cost.
 const SHARE_SIGMA: f64 = 0.04;
 const SHARE_MOST: f64 = 12.0;
-/// Step of the delays tried for one change, over the width of the jitter, in milliseconds: an exposure in which the
-/// share changes by some standard deviations.
-const DELAY_STEP_MS: f64 = 1.5;
+/// Steps between the delays tried for one change, over the width of the jitter: so many, and more where each would be
+/// longer than this share of a frame, since a band's share can change by some standard deviations meanwhile.
+const DELAY_STEPS: f64 = 8.0;
+const DELAY_STEP: f64 = 0.05;
 /// Rounds of the search, each twice as fine.
 const ROUNDS: u32 = 6;
 /// Where the search starts, as shares of the ranges of read-out and jitter.
 const STARTS: [f64; 3] = [0.05, 0.3, 0.8];
-/// Widest jitter looked for, in milliseconds.
+/// Widest jitter looked for: in milliseconds, or a frame if that is longer.
 const MOST_JITTER_MS: f64 = 60.0;
 /// Mean jitter before any frame is seen, in milliseconds: decides where no frame tells, because all changes fall between
 /// two exposures.
 const USUAL_JITTER_MS: f64 = 5.0;
 /// Doublings of a 64th of a frame that a value is moved by at most.
 const FARTHEST: u32 = 7;
+/// Halvings of the last step, where a value must be known better than by its doublings.
+const HALVINGS: u32 = 3;
 /// A value that costs this many nats more is outside of its uncertainty: two standard deviations.
 const CLEARLY_LESS: f64 = 2.0;
 /// Mean agreement of frames and flashes, -1 to 1, below which there is no peak.
@@ -216,7 +219,9 @@ impl Fit<'_> {
     /// Minus the logarithm of the likelihood, and what a jitter costs beforehand.
     fn cost(&self, model: &Model) -> f64 {
         let changes = self.changes.iter();
-        let seen: f64 = changes.map(|change| change_cost(change, model)).sum();
+        let seen: f64 = changes
+            .map(|change| change_cost(change, model, self.frame_ms))
+            .sum();
         seen + model.jitter / USUAL_JITTER_MS
     }
 
@@ -226,7 +231,7 @@ impl Fit<'_> {
             Axis::Middle => (f64::NEG_INFINITY, f64::INFINITY),
             Axis::Readout => (0.0, self.frame_ms),
             Axis::Exposure => (0.5, self.frame_ms),
-            Axis::Jitter => (0.0, MOST_JITTER_MS),
+            Axis::Jitter => (0.0, MOST_JITTER_MS.max(self.frame_ms)),
         }
     }
 
@@ -239,10 +244,11 @@ impl Fit<'_> {
             exposure: self.frame_ms / 4.0,
             jitter: 0.0,
         };
+        let (_, most_jitter) = self.range(Axis::Jitter);
         let starts = STARTS.iter().flat_map(|&readout| {
             STARTS.map(|jitter| Model {
                 readout: readout * self.frame_ms,
-                jitter: jitter * MOST_JITTER_MS,
+                jitter: jitter * most_jitter,
                 ..start
             })
         });
@@ -285,7 +291,7 @@ impl Fit<'_> {
     fn longest_change(&self, best: Model) -> f64 {
         let limit = self.cost(&best) + CLEARLY_LESS;
         let shortest = best.exposure + best.readout + best.jitter;
-        let longest = 2.0 * self.frame_ms + MOST_JITTER_MS;
+        let longest = 2.0 * self.frame_ms + self.range(Axis::Jitter).1;
         let possible = |change: f64| {
             let scale = change / shortest;
             let stretched = Model {
@@ -299,14 +305,24 @@ impl Fit<'_> {
             })
         };
         let steps = (0..FARTHEST).map(|k| self.frame_ms / 64.0 * f64::from(1_u32 << k));
-        let mut inside = 0.0;
+        let (mut inside, mut outside) = (shortest, longest);
         for step in steps {
-            if shortest + step > longest || !possible(shortest + step) {
-                return shortest + step;
+            let change = shortest + step;
+            if change > longest || !possible(change) {
+                outside = outside.min(change);
+                break;
             }
-            inside = step;
+            inside = change;
         }
-        shortest + inside
+        for _ in 0..HALVINGS {
+            let middle = f64::midpoint(inside, outside);
+            if possible(middle) {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        outside
     }
 
     /// The likeliest model around one whose exposure, read-out and jitter together last so long, in milliseconds.
@@ -322,7 +338,7 @@ impl Fit<'_> {
             let spare = change - start.exposure;
             best = of_length(Model {
                 readout: spare.clamp(0.0, self.frame_ms),
-                jitter: (spare - self.frame_ms).clamp(0.0, MOST_JITTER_MS),
+                jitter: (spare - self.frame_ms).clamp(0.0, self.range(Axis::Jitter).1),
                 ..start
             });
         }
@@ -372,8 +388,10 @@ impl Fit<'_> {
 }
 
 /// The cost of one change: its own delay within the jitter is not known, so all are possible.
-fn change_cost(change: &Change, model: &Model) -> f64 {
-    let steps = (model.jitter / DELAY_STEP_MS).ceil().max(1.0);
+fn change_cost(change: &Change, model: &Model, frame_ms: f64) -> f64 {
+    let steps = (model.jitter / (DELAY_STEP * frame_ms))
+        .ceil()
+        .max(DELAY_STEPS);
     let costs: Vec<f64> = (0..=steps as usize)
         .map(|k| {
             let delay = model.jitter * (k as f64 / steps - 0.5);

@@ -74,6 +74,15 @@ impl Timing {
         least.max(2) + whole.max(1) - 1
     }
 
+    /// The timing of a rig that did worse than was measured, on a busy machine say: times count for less with each time
+    /// but the first that frames were not recognised by them.
+    #[must_use]
+    pub fn after_failures(mut self, failures: usize) -> Self {
+        let more = failures.saturating_sub(1) as f64;
+        self.jitter.uncertainty_ms += more * self.frame_ms;
+        self
+    }
+
     /// From the projector's word until its picture is certainly all over a frame, as a time of the frame's stamp.
     #[must_use]
     pub fn settled_ms(&self) -> f64 {

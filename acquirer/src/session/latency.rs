@@ -56,6 +56,9 @@ pub struct Latency {
     /// Latency, jitter, read-out, exposure, frame time.
     #[serde(flatten)]
     pub timing: Timing,
+    /// From one frame that was taken to the next, in milliseconds: longer than from frame to frame where this computer
+    /// cannot keep up with the camera.
+    pub taken_every_ms: f64,
     /// Black/white changes that were measured.
     pub flashes: usize,
     /// The projector's clock is known to this many milliseconds; part of the latency's uncertainty.
@@ -114,6 +117,7 @@ impl Latency {
                 change: nothing,
                 frame_ms,
             },
+            taken_every_ms: frame_ms,
             flashes: 0,
             clock_uncertainty_ms: 0.0,
             noise: LookNoise::of(&[], &[]),
@@ -185,6 +189,7 @@ pub fn measure_latency(
     let timing = levels.timing(&steps, &played, frame_ms)?;
     let clock = rig.clock_offset()?;
     let latency = Latency {
+        taken_every_ms: taken_every_ms(&played.frames).max(frame_ms),
         flashes,
         clock_uncertainty_ms: 1000.0 * clock.uncertainty.as_secs_f64(),
         noise: LookNoise::of(&black, &white),
@@ -271,6 +276,16 @@ fn frame_period_ms(frames: &[Frame]) -> Option<f64> {
     let whole = period(frames.first()?, frames.last()?)?;
     let alike = (whole / median - 1.0).abs() < STEADY;
     Some(if alike { whole } else { median })
+}
+
+/// The median step from a frame that was taken to the next, in milliseconds.
+fn taken_every_ms(frames: &[Frame]) -> f64 {
+    let pairs = frames.windows(2);
+    let mut steps: Vec<f64> = pairs
+        .map(|pair| milliseconds(pair[1].captured_at.saturating_sub(pair[0].captured_at)))
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// White and black in turn, each for a time of its own, so that no periodic flicker keeps step.

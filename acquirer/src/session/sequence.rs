@@ -150,7 +150,8 @@ impl Rig {
         pass: usize,
         cancel: &Cancel,
     ) -> Result<Vec<Vec<Frame>>, SessionError> {
-        let frame_ms = self.frame_ms();
+        let taken = self.latency.as_ref().map(|latency| latency.taken_every_ms);
+        let frame_ms = taken.unwrap_or_else(|| self.frame_ms());
         let up = self.projector.state()?.shown.pattern;
         let lead = shots
             .first()

@@ -4,13 +4,17 @@
 
 use std::{
     fs,
+    io::{BufRead, BufReader},
     path::Path,
-    process::Command,
+    process::{Command, Stdio},
     sync::{Mutex, PoisonError},
+    time::{Duration, Instant},
 };
 
+use acquirer::projector_link::{LinkError, LinkSettings, ProjectorLink};
 use rig_tests::HeadlessProjector;
 use serde_json::Value;
+use shared::protocol::Role;
 
 /// One rig at a time: a simulated camera wants a processor of its own, as a real one would have.
 static RIG: Mutex<()> = Mutex::new(());
@@ -65,6 +69,14 @@ fn check(scene: &str, least_coverage_percent: f64) {
         manifest["pattern"]["colours"], figures["colours"]["best"],
         "the grid took the choice"
     );
+    for part in ["jitter", "readout", "exposure", "change"] {
+        let ms = &manifest["latency"][part];
+        assert!(
+            ms["ms"].is_number() && ms["uncertainty_ms"].is_number(),
+            "{part}"
+        );
+    }
+    assert!(manifest["latency"]["clock_uncertainty_ms"].is_number());
     for noted in ["latency", "camera_name", "settings", "frames_lost"] {
         assert!(!manifest[noted].is_null(), "{noted} stands in scan.json");
     }
@@ -198,6 +210,53 @@ fn live_tracking_carries_labels_on_the_unary_grid_and_refreshes_them() {
     assert!(shows("unary") >= 4 && shows("coded") >= 1, "{lines:?}");
     for line in lines.iter().filter(|line| line["pattern"] != "mixed") {
         assert!(line["crossings"].as_u64() > Some(150), "{line}");
+    }
+}
+
+#[test]
+fn live_static_averages_frames_and_reads_as_many_crossings() {
+    let lines = live_lines(&["--mode", "static", "--average", "3"]);
+    assert_eq!(lines.len(), 8);
+    for line in &lines {
+        assert_eq!(line["pattern"], "coded", "{line}");
+        assert!(line["crossings"].as_u64() > Some(150), "{line}");
+    }
+}
+
+#[test]
+fn live_reading_ends_on_ctrl_c_with_0_and_whole_lines_and_leaves_the_projector_to_others() {
+    let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
+    let projector = HeadlessProjector::start().unwrap();
+    let mut live = Command::new(env!("CARGO_BIN_EXE_acquirer"))
+        .args(["live", "--json", "--camera", "sim:cube"])
+        .args(["--projector", projector.address()])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(live.stdout.take().unwrap()).lines();
+    let mut read: Vec<String> = lines.by_ref().take(3).map(Result::unwrap).collect();
+    let process = live.id().to_string();
+    let signal = Command::new("kill").args(["-s", "INT", &process]).status();
+    assert!(signal.unwrap().success());
+    read.extend(lines.map(Result::unwrap));
+    let output = live.wait_with_output().unwrap();
+    let messages = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    assert!(messages.contains("latency") && messages.contains("jitter"));
+    for line in &read {
+        let line: Value = serde_json::from_str(line).unwrap();
+        for key in ["frame", "time_s", "pattern", "crossings", "reasons", "ms"] {
+            assert!(!line[key].is_null(), "{key}: {line}");
+        }
+    }
+    let next = LinkSettings::new(projector.address(), "the next one", Role::Controller);
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while let Err(error) = ProjectorLink::connect(&next) {
+        // the projector learns of the end a moment later
+        let taken = matches!(error, LinkError::Taken(_));
+        assert!(taken && Instant::now() < deadline, "{error}");
+        std::thread::sleep(Duration::from_millis(50));
     }
 }
 

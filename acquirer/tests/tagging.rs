@@ -21,6 +21,7 @@ fn timing(latency_ms: f64) -> Timing {
         jitter: known(2.0),
         readout: known(8.0),
         exposure: known(8.0),
+        change: known(18.0),
         frame_ms: FRAME_MS,
     }
 }
@@ -126,6 +127,50 @@ fn a_latency_that_has_changed_is_found_and_misleads_nobody() {
 }
 
 #[test]
+fn a_little_light_of_another_pattern_is_ruled_out_before_a_frame_is_given() {
+    let noise = LookNoise::of(&[], &[]);
+    let mut frames = three_each(&[BLACK, RED, GREEN, BLUE]);
+    let mixed = |share: f32| {
+        let light = |c: usize| (1.0 - share) * GREEN[c] + share * BLUE[c];
+        whole(std::array::from_fn(light))
+    };
+    // less than two frames of a still picture differ by under this noise
+    for (share, expected) in [(0.0, Tag::Shows(2)), (0.2, Tag::Unknown)] {
+        frames[8] = mixed(share);
+        let looks = |k: usize| frame(k, frames[k]).look;
+        let most = looks(8).most_foreign(&looks(7), &[&looks(9)], noise);
+        assert!(most >= share && most < share + 0.05, "{share}: {most}");
+        let tag = tags(&frames, 20.0)[8];
+        assert!(tag == expected || tag == Tag::Mixed, "{share}: {tag:?}");
+        assert_ne!(share > 0.0, tag == Tag::Shows(2));
+    }
+}
+
+#[test]
+fn two_frames_that_nearly_look_the_same_are_whole_and_a_torn_one_alone_is_not() {
+    // each pattern is up for two frames, the first of which has a little of the light before
+    let little =
+        |of: [f32; 3], new: [f32; 3]| whole(std::array::from_fn(|c| 0.03 * of[c] + 0.97 * new[c]));
+    let colours = [
+        whole(BLACK),
+        whole(BLACK),
+        little(BLACK, RED),
+        whole(RED),
+        little(RED, GREEN),
+        whole(GREEN),
+        little(GREEN, BLUE),
+        whole(BLUE),
+        whole(BLUE),
+    ];
+    let frames: Vec<Seen> = (0..colours.len()).map(|k| frame(k, colours[k])).collect();
+    let shown = [2.0, 4.0, 6.0].map(|k| k * FRAME_MS - 30.0);
+    let told = tag_frames(&frames, &shown, &timing(20.0), LookNoise::of(&[], &[]));
+    for (k, expected) in [(3, 1), (5, 2), (7, 3), (8, 3)] {
+        assert_eq!(told.tags[k], Tag::Shows(expected), "{:?}", told.tags);
+    }
+}
+
+#[test]
 fn what_shows_no_pattern_of_the_sequence_is_not_labelled() {
     let grey = [[40.0, 41.0, 42.0]; 4];
     let tags = tags(&three_each(&grey), 20.0);
@@ -212,7 +257,8 @@ fn no_frame_of_a_small_sweep_is_mislabelled_and_nearly_every_pattern_is_told() {
         for loss in [0.0, 0.2] {
             let seed = 77 + k as u64;
             let rig = TaggingRig::by_chance(projector_hz, camera_hz, loss, seed);
-            sum.add(&score_tagging(rig, seed));
+            let scores = score_tagging(rig, seed);
+            scores.iter().for_each(|score| sum.add(score));
         }
     }
     assert_eq!((sum.mislabelled, sum.timeless), (0, 0), "{sum:?}");

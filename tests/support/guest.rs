@@ -41,6 +41,13 @@ impl Guest {
         }
     }
 
+    /// Another limit of its run, in seconds.
+    #[must_use]
+    pub fn for_seconds(mut self, seconds: u32) -> Self {
+        self.seconds = seconds;
+        self
+    }
+
     /// Puts a program and its libraries into the guest's `/bin`.
     #[must_use]
     pub fn program(self, path: impl AsRef<Path>) -> Self {

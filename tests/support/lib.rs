@@ -10,7 +10,7 @@ mod vertices;
 
 use std::{fs, path::Path};
 
-pub use projector::HeadlessProjector;
+pub use projector::{HeadlessProjector, WindowProjector};
 pub use truth::read_truth;
 pub use vertices::read_vertices;
 

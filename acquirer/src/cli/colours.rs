@@ -2,12 +2,15 @@
 
 use anyhow::Context;
 
-use super::{args::ColoursArgs, console::Console, rig::open_rig};
+use super::{
+    args::ColoursArgs,
+    console::Console,
+    rig::{open_rig, tell_latency},
+};
 use crate::{
     pipeline::{Projected, colour_choice::ColourSelection},
     session::{
-        Cancel, ColourTrialOrder, Rig, apply_selection, grid_warnings, measure_latency, projected,
-        try_colours,
+        Cancel, ColourTrialOrder, Rig, apply_selection, grid_warnings, projected, try_colours,
     },
 };
 use shared::pattern::{Palette, Rgb};
@@ -27,7 +30,7 @@ pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
     for warning in grid_warnings(&rig, &projected(&rig)?) {
         console.say(&format!("warning: {warning}"));
     }
-    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    tell_latency(&mut rig, &config, cancel, &mut console)?;
     let selection = pick(&mut rig, &palette, !args.keep, cancel, &mut console)?;
     if args.json {
         println!("{}", serde_json::to_string(&selection)?);

@@ -5,10 +5,12 @@ use std::{
     ops::ControlFlow,
 };
 
-use super::{args::LiveArgs, console::Console, rig::open_rig};
-use crate::session::{
-    Cancel, LiveFrame, LiveSettings, grid_warnings, measure_latency, projected, read_live,
+use super::{
+    args::LiveArgs,
+    console::Console,
+    rig::{open_rig, tell_latency},
 };
+use crate::session::{Cancel, LiveFrame, LiveSettings, grid_warnings, projected, read_live};
 
 pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let config = args.rig.config.load()?;
@@ -19,7 +21,7 @@ pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
     for warning in grid_warnings(&rig, &projected) {
         console.say(&format!("warning: {warning}"));
     }
-    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    tell_latency(&mut rig, &config, cancel, &mut console)?;
     let settings = LiveSettings {
         mode: args.mode.into(),
         average: args.average.get().into(),

@@ -8,13 +8,13 @@ use shared::{
     protocol::Role,
 };
 
-use super::args::RigArgs;
+use super::{args::RigArgs, console::Console};
 use crate::{
     camera::{CameraSpec, open_camera, v4l2::list_cameras},
     config::Config,
     projector_link::{LinkSettings, ProjectorLink},
     scan::ScanFolder,
-    session::Rig,
+    session::{Cancel, Rig, SessionError, measure_latency},
 };
 
 /// Connects to the projector as its controller, then opens the camera.
@@ -51,6 +51,23 @@ pub(super) fn show_grid(projector: &ProjectorLink, grid: &GridSettings) -> anyho
     projector.set_lines(coded.rows(), coded.columns())?;
     projector.set_widths(coded.width_px(Axis::Row), coded.width_px(Axis::Column))?;
     projector.set_colours(coded.colours(), *unary)?;
+    Ok(())
+}
+
+/// Measures the latency and tells what it is; a recording has none.
+///
+/// # Errors
+/// As [`measure_latency`].
+pub(super) fn tell_latency(
+    rig: &mut Rig,
+    config: &Config,
+    cancel: &Cancel,
+    console: &mut Console,
+) -> Result<(), SessionError> {
+    let latency = measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    if rig.camera.follows_projector() {
+        console.say(&latency.sentence());
+    }
     Ok(())
 }
 

@@ -20,17 +20,14 @@ use super::{
     colours,
     console::Console,
     process,
-    rig::{open_rig, show_grid},
+    rig::{open_rig, show_grid, tell_latency},
 };
 use crate::{
     camera::CameraSpec,
     config::Config,
     process::process_scan,
     scan::{ScanError, ScanFolder},
-    session::{
-        Cancel, NewScan, Rig, SessionError, measure_latency, projected, record_stage,
-        recording_warnings,
-    },
+    session::{Cancel, NewScan, Rig, SessionError, projected, record_stage, recording_warnings},
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
@@ -91,7 +88,7 @@ fn resume(
     let mut rig = open_rig(&args.rig, config)?;
     show_grid(&rig.projector, &folder.manifest().pattern)?;
     check_same_rig(&rig, &folder)?;
-    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    tell_latency(&mut rig, config, cancel, console)?;
     for stage in missing {
         if stage == Stage::Object {
             object.place(cancel, console)?;
@@ -188,7 +185,7 @@ impl Recording<'_> {
         cancel: &Cancel,
         console: &mut Console,
     ) -> anyhow::Result<ScanFolder> {
-        measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+        tell_latency(rig, config, cancel, console)?;
         let selection = match self.pick_colours {
             true => Some(colours::pick(
                 rig,

@@ -13,10 +13,10 @@ use shared::{protocol::View, stage::Stage};
 use super::{
     Cancel, Progress, Report, Rig, SessionError,
     rig::FRAME_TIMEOUT,
-    sequence::Played,
+    sequence::{Played, milliseconds},
     tagging::{Estimate, Flash, Look, LookNoise, Timing, find_timing},
 };
-use crate::{clock::monotonic_now, scan::Shows};
+use crate::{camera::Frame, clock::monotonic_now, scan::Shows};
 
 /// Time that black and white are held before their level is taken: most projectors lag less than 200 ms.
 const SETTLE: Duration = Duration::from_millis(600);
@@ -29,6 +29,10 @@ const SHORTEST_MS: f64 = 100.0;
 const SHORTEST_FRAMES: f64 = 3.0;
 /// A flash is longer by up to this many frames.
 const IRREGULAR_FRAMES: f64 = 3.0;
+/// A frame rate that differs by more than this share from the promised one is told to the operator.
+const RATE_TOLD: f64 = 0.1;
+/// A camera is steady when its mean and its median frame time differ by less than this share.
+const STEADY: f64 = 0.02;
 /// The golden section: its multiples fall evenly and never in step.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -52,6 +56,9 @@ pub struct Latency {
     /// Latency, jitter, read-out, exposure, frame time.
     #[serde(flatten)]
     pub timing: Timing,
+    /// From one frame that was taken to the next, in milliseconds: longer than from frame to frame where this computer
+    /// cannot keep up with the camera.
+    pub taken_every_ms: f64,
     /// Black/white changes that were measured.
     pub flashes: usize,
     /// The projector's clock is known to this many milliseconds; part of the latency's uncertainty.
@@ -71,6 +78,30 @@ impl Latency {
         Duration::from_secs_f64(self.timing.settled_ms().max(0.0) / 1000.0)
     }
 
+    /// What the operator should know of it, in one line.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let Timing {
+            latency,
+            jitter,
+            readout,
+            exposure,
+            frame_ms,
+            ..
+        } = self.timing;
+        format!(
+            "latency {:.0} ms (+-{:.0}), jitter {:.0} ms, read-out {:.0} ms, exposure {:.0} ms, {:.1} frames a second; clocks \
+             known to {:.1} ms",
+            latency.ms,
+            latency.uncertainty_ms,
+            jitter.ms,
+            readout.ms,
+            exposure.ms,
+            1000.0 / frame_ms,
+            self.clock_uncertainty_ms
+        )
+    }
+
     /// For a recording, whose frames are there before anything is shown.
     fn of_recording(frame_ms: f64) -> Self {
         let nothing = Estimate {
@@ -83,8 +114,10 @@ impl Latency {
                 jitter: nothing,
                 readout: nothing,
                 exposure: nothing,
+                change: nothing,
                 frame_ms,
             },
+            taken_every_ms: frame_ms,
             flashes: 0,
             clock_uncertainty_ms: 0.0,
             noise: LookNoise::of(&[], &[]),
@@ -144,9 +177,19 @@ pub fn measure_latency(
     let flashes = settings.flashes.clamp(4, 60);
     let steps = flash_steps(flashes, rig.frame_ms());
     let played = rig.play(&steps, cancel)?;
-    let timing = levels.timing(&steps, &played, rig.frame_ms())?;
+    let frame_ms = frame_period_ms(&played.frames).unwrap_or_else(|| rig.frame_ms());
+    if (frame_ms / rig.frame_ms() - 1.0).abs() > RATE_TOLD {
+        tracing::warn!(
+            "the camera gives {:.1} frames a second, not {:.1}: in dim light an automatic exposure may last longer than a \
+             frame; fix the exposure or light the scene",
+            1000.0 / frame_ms,
+            1000.0 / rig.frame_ms()
+        );
+    }
+    let timing = levels.timing(&steps, &played, frame_ms)?;
     let clock = rig.clock_offset()?;
     let latency = Latency {
+        taken_every_ms: taken_every_ms(&played.frames).max(frame_ms),
         flashes,
         clock_uncertainty_ms: 1000.0 * clock.uncertainty.as_secs_f64(),
         noise: LookNoise::of(&black, &white),
@@ -213,6 +256,36 @@ impl<'a> Levels<'a> {
             percent: f64::from(self.contrast()) / 2.55,
         })
     }
+}
+
+/// From frame to frame, from the stamps and the camera's count, since a slow machine may miss frames; `None` for too
+/// few of them.
+fn frame_period_ms(frames: &[Frame]) -> Option<f64> {
+    let period = |first: &Frame, last: &Frame| {
+        let count = last.number.checked_sub(first.number)?;
+        let ms = milliseconds(last.captured_at.checked_sub(first.captured_at)?);
+        (count > 0).then(|| ms / count as f64)
+    };
+    let pairs = frames.windows(2);
+    let mut steps: Vec<f64> = pairs
+        .filter_map(|pair| period(&pair[0], &pair[1]))
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    let median = *steps.get(steps.len() / 2)?;
+    // over all frames it is more exact, unless the camera paused or counted anew
+    let whole = period(frames.first()?, frames.last()?)?;
+    let alike = (whole / median - 1.0).abs() < STEADY;
+    Some(if alike { whole } else { median })
+}
+
+/// The median step from a frame that was taken to the next, in milliseconds.
+fn taken_every_ms(frames: &[Frame]) -> f64 {
+    let pairs = frames.windows(2);
+    let mut steps: Vec<f64> = pairs
+        .map(|pair| milliseconds(pair[1].captured_at.saturating_sub(pair[0].captured_at)))
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// White and black in turn, each for a time of its own, so that no periodic flicker keeps step.

@@ -27,6 +27,8 @@ use crate::{
 use labels::CarriedLabels;
 use watch::Watch;
 
+/// Time between two checks of the latency: clocks and drivers drift by less than a millisecond meanwhile.
+const CHECK_EVERY: Duration = Duration::from_secs(60);
 /// The stage that a simulated room or a recording answers with: the object is in the scene.
 const STAGE: Stage = Stage::Object;
 
@@ -181,9 +183,14 @@ impl<'a> Live<'a> {
 
     fn run(&mut self, on_frame: OnFrame) -> Result<(), SessionError> {
         let mut since_coded = 0;
+        let mut checked = Instant::now();
         loop {
             if self.cancel.is_cancelled() {
                 return Err(SessionError::Cancelled);
+            }
+            if self.settings.mode != LiveMode::Tracking && checked.elapsed() > CHECK_EVERY {
+                checked = Instant::now();
+                self.check_latency()?;
             }
             let mut settings_changed = false;
             let mut taken = None;
@@ -252,20 +259,37 @@ impl<'a> Live<'a> {
         Ok(told)
     }
 
-    /// Shows the coded grid for a moment and labels the crossings anew.
+    /// Checks the latency by a moment of black. Tracking needs none of its own: it changes the pattern anyhow.
+    fn check_latency(&mut self) -> Result<(), SessionError> {
+        if self.watch.is_up(Shows::Prmvs) {
+            let coded = shot(Shows::Prmvs, 1);
+            self.rig.check_latency_with(&coded, self.cancel)?;
+            put_up(self.rig, Shows::Prmvs, self.cancel)?;
+            self.watch.settled(Shows::Prmvs);
+        }
+        Ok(())
+    }
+
+    /// Shows the coded grid for a moment and labels the crossings anew; where things move too much for its frame to be
+    /// told the labels are carried on.
     fn refresh(&mut self) -> Result<LiveFrame, SessionError> {
         let shots = [shot(Shows::Prmvs, 1), shot(Shows::Unary, 1)];
-        let mut frames = self
-            .rig
-            .shoot_all(&shots, STAGE, self.cancel, &mut |_| ())?;
+        let shown = self.rig.shoot_all(&shots, STAGE, self.cancel, &mut |_| ());
+        let mut frames = match shown {
+            Err(untold @ SessionError::NotTold { .. }) => {
+                tracing::warn!("the labels are not refreshed: {untold}");
+                Vec::new()
+            }
+            shown => shown?,
+        };
         put_up(self.rig, Shows::Unary, self.cancel)?;
         self.watch.settled(Shows::Unary);
-        match frames.first_mut().and_then(Vec::pop) {
-            Some(coded) => self.read(&coded, "coded"),
-            None => Err(SessionError::NotTold {
-                views: String::from(Shows::Prmvs),
-            }),
+        if let Some(coded) = frames.first_mut().and_then(Vec::pop) {
+            return self.read(&coded, "coded");
         }
+        let frame = self.rig.next_frame(FRAME_TIMEOUT)?;
+        let pattern = self.watch.pattern(&frame);
+        self.read(&frame, pattern)
     }
 }
 

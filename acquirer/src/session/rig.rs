@@ -107,10 +107,12 @@ impl Rig {
         }
     }
 
-    /// From frame to frame, in milliseconds.
+    /// From frame to frame, in milliseconds: as measured with the latency, before that as the camera promises.
     #[must_use]
     pub fn frame_ms(&self) -> f64 {
-        1000.0 * self.camera.format().rate.interval().as_secs_f64()
+        let promised = 1000.0 * self.camera.format().rate.interval().as_secs_f64();
+        let measured = self.latency.as_ref();
+        measured.map_or(promised, |latency| latency.timing.frame_ms)
     }
 
     /// The relation of the clocks: the best of what is known and of some new round trips.

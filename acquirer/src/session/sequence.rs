@@ -16,7 +16,7 @@ use shared::{
 use super::{
     Cancel, Rig, SessionError,
     rig::FRAME_TIMEOUT,
-    tagging::{Alignment, FrameKind, Look, Seen, Tag, tag_frames},
+    tagging::{Alignment, FrameKind, Look, Seen, Tag, tag_frames, whole_holds_ms},
 };
 use crate::{camera::Frame, clock::monotonic_now, projector_link::Notice, scan::Shows};
 
@@ -30,9 +30,8 @@ const MOST_VIEWS: usize = 32;
 /// second for a picture.
 const PATIENCE: Duration = Duration::from_secs(6);
 const STEP_PATIENCE: Duration = Duration::from_secs(2);
-/// Changes of a pass from which its offset corrects the latency, and by which share: single changes jitter.
-const ENOUGH_CHANGES: usize = 3;
-const CORRECTION: f64 = 0.5;
+/// The latency as it was counts as much as this many changes: single changes jitter.
+const KNOWN_CHANGES: f64 = 4.0;
 /// A latency that is off by more than this is told to the operator, in milliseconds.
 const DRIFT_TOLD_MS: f64 = 15.0;
 
@@ -107,6 +106,24 @@ impl Rig {
         })
     }
 
+    /// Shows black for a moment and then a view again, so that what the frames show of the two changes checks the
+    /// latency. Frames that cannot be told, in a scene that moves, check nothing.
+    ///
+    /// # Errors
+    /// As [`Rig::shoot_all`], but for views that cannot be told.
+    pub fn check_latency_with(&mut self, shot: &Shot, cancel: &Cancel) -> Result<(), SessionError> {
+        if self.latency.is_none() || !self.camera.follows_projector() {
+            return Ok(());
+        }
+        let black = Shot {
+            view: View::Black,
+            shows: Shows::Black,
+            count: 1,
+        };
+        self.pass(&[&black, shot], 0, cancel)?;
+        Ok(())
+    }
+
     /// How many of the first views fit into one pass.
     fn views_at_once(&self, views: &VecDeque<usize>, shots: &[Shot]) -> usize {
         let format = self.camera.format();
@@ -133,7 +150,8 @@ impl Rig {
         pass: usize,
         cancel: &Cancel,
     ) -> Result<Vec<Vec<Frame>>, SessionError> {
-        let frame_ms = self.frame_ms();
+        let taken = self.latency.as_ref().map(|latency| latency.taken_every_ms);
+        let frame_ms = taken.unwrap_or_else(|| self.frame_ms());
         let up = self.projector.state()?.shown.pattern;
         let lead = shots
             .first()
@@ -150,7 +168,8 @@ impl Rig {
             return Ok(shots.iter().map(|_| Vec::new()).collect());
         };
         let noise = latency.noise.after_failures(pass);
-        let told = tag_frames(&played.seen, &played.shown_ms, &latency.timing, noise);
+        let timing = latency.timing.after_failures(pass);
+        let told = tag_frames(&played.seen, &played.shown_ms, &timing, noise);
         self.check_latency(&told);
         let mut frames: Vec<Option<Frame>> = played.frames.into_iter().map(Some).collect();
         let taken = shots.iter().enumerate().map(|(k, shot)| {
@@ -172,9 +191,11 @@ impl Rig {
     ) -> Result<Played, SessionError> {
         while self.projector.next_notice(Duration::ZERO)?.is_some() {}
         self.clock_offset()?;
-        let order = steps.iter().map(|(view, ms)| SequenceStep {
-            view: view.clone(),
-            hold_ms: (ms.round() as u32).clamp(1, MAX_HOLD_MS),
+        let holds: Vec<f64> = steps.iter().map(|(_, ms)| *ms).collect();
+        let holds = whole_holds_ms(&holds).into_iter();
+        let order = steps.iter().zip(holds).map(|((view, _), hold_ms)| {
+            let (view, hold_ms) = (view.clone(), hold_ms.min(MAX_HOLD_MS));
+            SequenceStep { view, hold_ms }
         });
         let whole_ms: f64 = steps.iter().map(|(_, ms)| ms).sum();
         let last_ms = steps.last().map_or(0.0, |(_, ms)| *ms);
@@ -251,12 +272,14 @@ impl Rig {
         let Some(latency) = &mut self.latency else {
             return;
         };
-        let Some(offset_ms) = told.offset_ms.filter(|_| told.changes >= ENOUGH_CHANGES) else {
+        let Some(offset_ms) = told.offset_ms else {
             return;
         };
+        let changes = told.changes as f64;
+        let correction_ms = offset_ms * changes / (changes + KNOWN_CHANGES);
         latency.checked_changes += told.changes;
-        latency.drift_ms += CORRECTION * offset_ms;
-        latency.timing.latency.ms += CORRECTION * offset_ms;
+        latency.drift_ms += correction_ms;
+        latency.timing.latency.ms += correction_ms;
         if offset_ms.abs() > DRIFT_TOLD_MS {
             tracing::warn!("the latency has changed by {offset_ms:.0} ms since it was measured");
         } else {

@@ -4,12 +4,13 @@
 //! pattern took. The model has what makes tagging hard and nothing else: a display latency with jitter, a refresh that
 //! is not the camera's, clocks that are related with an error, exposure and rolling read-out, noise, frames that are
 //! lost or given twice, and patterns that differ little: a unary grid in sixteen colours, the coded grid, black and
-//! white, each band with surfaces of its own. Everything is measured as in the product: the timing by flashes first,
-//! then the patterns, again and again for those of which no frame could be told.
+//! white, each band with surfaces of its own. Everything goes as in the product: the timing by flashes first, then a
+//! recording (black, white, coded and unary grid, several frames each), then the trial of sixteen colours, again and
+//! again for those patterns of which too few frames could be told.
 
 use acquirer::session::tagging::{
-    BANDS, Band, Flash, Look, LookNoise, Seen, Tag, Timing, find_timing, outstanding_order,
-    tag_frames,
+    BANDS, Band, Flash, FrameKind, Look, LookNoise, Seen, Tag, Timing, find_timing,
+    outstanding_order, tag_frames, whole_holds_ms,
 };
 use shared::pattern::{Palette, Rgb};
 
@@ -31,6 +32,9 @@ const CLOCK_ERROR_MS: f64 = 1.0;
 const STAMP_ERROR_MS: f64 = 0.5;
 /// Black/white flashes for the timing.
 const FLASHES: usize = 16;
+/// Frames of black and white, of the grids, and of a colour on trial, as the programs take them by default.
+const RECORDED: [usize; 4] = [3, 3, 2, 2];
+const REFERENCES: usize = 2;
 /// Passes over the patterns before one counts as not told.
 const PASSES: usize = 12;
 
@@ -53,7 +57,7 @@ pub struct TaggingRig {
     pub loss: f64,
 }
 
-/// What became of one recording of all patterns.
+/// What became of the recordings and trials of some rigs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TaggingScore {
     /// Frames seen while patterns were recorded.
@@ -66,6 +70,8 @@ pub struct TaggingScore {
     pub patterns: usize,
     /// Patterns of which no frame could be told, after all passes.
     pub untold: usize,
+    /// Frames asked for beyond the first of each pattern.
+    pub repeats: usize,
     /// Camera frame times from the first pattern's light to the last frame needed, all passes together.
     pub frame_times: f64,
     /// Rigs.
@@ -77,10 +83,10 @@ pub struct TaggingScore {
 }
 
 impl TaggingScore {
-    /// Camera frames for one change of the pattern, all passes and losses included.
+    /// Camera frames for one change of the pattern, all passes and losses included, repeats left out.
     #[must_use]
     pub fn frames_per_change(&self) -> f64 {
-        self.frame_times / self.patterns.max(1) as f64
+        (self.frame_times - self.repeats as f64) / self.patterns.max(1) as f64
     }
 
     /// Adds another recording's.
@@ -90,6 +96,7 @@ impl TaggingScore {
         self.mislabelled += other.mislabelled;
         self.patterns += other.patterns;
         self.untold += other.untold;
+        self.repeats += other.repeats;
         self.frame_times += other.frame_times;
         self.rigs += other.rigs;
         self.timeless += other.timeless;
@@ -120,6 +127,7 @@ struct Truth {
 /// Black, white, the coded grid and the sixteen unary grids, in the order in which they are shown.
 const BLACK: usize = 0;
 const WHITE: usize = 1;
+const CODED: usize = 2;
 
 impl TaggingRig {
     /// A rig with these rates and losses and everything else by chance: latency to 300 ms, jitter to 30 ms, read-out to
@@ -140,66 +148,29 @@ impl TaggingRig {
     }
 }
 
-/// Records every pattern once with this rig.
+/// Makes a recording and a trial of colours with this rig; gives what became of each.
 #[must_use]
-pub fn score_tagging(rig: TaggingRig, seed: u64) -> TaggingScore {
+pub fn score_tagging(rig: TaggingRig, seed: u64) -> [TaggingScore; 2] {
     let mut simulation = Simulation::new(rig, seed);
+    let none = TaggingScore::default();
     let Some((timing, noise, mut now)) = simulation.measure_timing() else {
-        return TaggingScore {
+        let timeless = TaggingScore {
             rigs: 1,
             timeless: 1,
-            ..TaggingScore::default()
+            ..none
         };
+        return [timeless, none];
     };
-    let patterns = simulation.scene.patterns.len();
-    let mut score = TaggingScore {
-        rigs: 1,
-        patterns,
-        latency_error_ms: (timing.latency.ms - rig.latency_ms).abs(),
-        ..TaggingScore::default()
-    };
-    let mut missing: Vec<usize> = (0..patterns).collect();
-    for pass in 0..PASSES {
-        if missing.is_empty() {
-            break;
-        }
-        let hold_ms = (timing.hold_frames(1) + pass) as f64 * timing.frame_ms;
-        let before = simulation.up();
-        // what is up already is not seen to begin
-        let lead = (before == missing[0]).then_some(if before == BLACK { WHITE } else { BLACK });
-        let shown_now: Vec<usize> = lead.into_iter().chain(missing.iter().copied()).collect();
-        let steps: Vec<(usize, f64)> = shown_now.iter().map(|&k| (k, hold_ms)).collect();
-        let shown = simulation.show(&steps, now);
-        let first_light = shown[0] + rig.latency_ms;
-        let end = shown[shown.len() - 1] + timing.settled_ms() + 3.0 * hold_ms;
-        let frames = simulation.frames(now - 3.0 * hold_ms, end);
-        let seen: Vec<Seen> = frames.iter().map(|frame| frame.seen.clone()).collect();
-        let alignment = tag_frames(&seen, &shown, &timing, noise.after_failures(pass));
-        let mut last_needed = first_light;
-        let mut told = Vec::new();
-        for (frame, tag) in frames.iter().zip(&alignment.tags) {
-            score.frames += 1;
-            let Tag::Shows(step) = *tag else { continue };
-            score.accepted += 1;
-            let pattern = step.checked_sub(1).map_or(before, |k| shown_now[k]);
-            score.mislabelled += usize::from(frame.shows != Some(pattern));
-            if step > 0 && missing.contains(&pattern) && !told.contains(&pattern) {
-                told.push(pattern);
-                last_needed = last_needed.max(frame.seen.stamp_ms);
-            }
-        }
-        let whole_pass = shown[shown.len() - 1] + hold_ms + rig.latency_ms;
-        let used = if told.len() == missing.len() {
-            last_needed
-        } else {
-            whole_pass
-        };
-        score.frame_times += (used - first_light) / timing.frame_ms;
-        missing.retain(|pattern| !told.contains(pattern));
-        now = end + 4.0 * hold_ms;
-    }
-    score.untold = missing.len();
-    score
+    let unary = simulation.scene.white_unary;
+    let recording = [BLACK, WHITE, CODED, unary].into_iter().zip(RECORDED);
+    let colours = (CODED + 1)..simulation.scene.patterns.len();
+    let trial = [BLACK, WHITE].map(|k| (k, REFERENCES)).into_iter();
+    let trial = trial.chain(colours.map(|k| (k, 1)));
+    let tasks: [Vec<(usize, usize)>; 2] = [recording.collect(), trial.collect()];
+    let mut scores = tasks.map(|shots| simulation.take(&shots, (&timing, noise), &mut now));
+    scores[0].rigs = 1;
+    scores[0].latency_error_ms = (timing.latency.ms - rig.latency_ms).abs();
+    scores
 }
 
 impl Simulation {
@@ -215,6 +186,88 @@ impl Simulation {
         }
     }
 
+    /// Takes so many frames of each pattern, in passes.
+    fn take(
+        &mut self,
+        shots: &[(usize, usize)],
+        (timing, noise): (&Timing, LookNoise),
+        now: &mut f64,
+    ) -> TaggingScore {
+        let mut score = TaggingScore {
+            patterns: shots.len(),
+            repeats: shots.iter().map(|(_, count)| count - 1).sum(),
+            ..TaggingScore::default()
+        };
+        let mut missing = shots.to_vec();
+        for pass in 0..PASSES {
+            if missing.is_empty() {
+                break;
+            }
+            let after = (&timing.after_failures(pass), noise.after_failures(pass));
+            missing = self.pass((&missing, pass), after, now, &mut score);
+        }
+        score.untold = missing.len();
+        score
+    }
+
+    /// Shows patterns once; gives those of which too few frames could be told.
+    fn pass(
+        &mut self,
+        (missing, pass): (&[(usize, usize)], usize),
+        (timing, noise): (&Timing, LookNoise),
+        now: &mut f64,
+        score: &mut TaggingScore,
+    ) -> Vec<(usize, usize)> {
+        let before = self.up();
+        // what is up already is not seen to begin
+        let lead = (before == missing[0].0).then_some(if before == BLACK { WHITE } else { BLACK });
+        let shots: Vec<(usize, usize)> = lead
+            .map(|k| (k, 0))
+            .into_iter()
+            .chain(missing.iter().copied())
+            .collect();
+        let hold_ms = |count: usize| (timing.hold_frames(count) + pass) as f64 * timing.frame_ms;
+        let steps: Vec<(usize, f64)> = shots.iter().map(|&(k, n)| (k, hold_ms(n))).collect();
+        let shown = self.show(&steps, *now);
+        let first_light = shown[0] + self.rig.latency_ms;
+        let last_hold = steps[steps.len() - 1].1;
+        let end = shown[shown.len() - 1] + timing.settled_ms() + last_hold + 3.0 * hold_ms(1);
+        let frames = self.frames(*now - 3.0 * hold_ms(1), end);
+        let seen: Vec<Seen> = frames.iter().map(|frame| frame.seen.clone()).collect();
+        let alignment = tag_frames(&seen, &shown, timing, noise);
+        let mut last_needed = first_light;
+        let mut told = vec![0; shots.len()];
+        for (k, frame) in frames.iter().enumerate() {
+            score.frames += 1;
+            let Tag::Shows(step) = alignment.tags[k] else {
+                continue;
+            };
+            score.accepted += 1;
+            let pattern = step.checked_sub(1).map_or(before, |k| shots[k].0);
+            score.mislabelled += usize::from(frame.shows != Some(pattern));
+            let fresh = !matches!(alignment.kinds[k], FrameKind::Duplicate { .. });
+            if let Some(step) = step.checked_sub(1).filter(|_| fresh) {
+                told[step] += 1;
+                if told[step] <= shots[step].1 {
+                    last_needed = last_needed.max(frame.seen.stamp_ms);
+                }
+            }
+        }
+        let left: Vec<(usize, usize)> = (0..shots.len())
+            .filter(|&k| told[k] < shots[k].1)
+            .map(|k| shots[k])
+            .collect();
+        let whole_pass = shown[shown.len() - 1] + last_hold + self.rig.latency_ms;
+        let used = if left.is_empty() {
+            last_needed
+        } else {
+            whole_pass
+        };
+        score.frame_times += (used - first_light) / timing.frame_ms;
+        *now = end + 4.0 * hold_ms(1);
+        left
+    }
+
     fn frame_ms(&self) -> f64 {
         1000.0 / self.rig.camera_hz
     }
@@ -224,19 +277,21 @@ impl Simulation {
         self.light.last().map_or(BLACK, |light| light.1)
     }
 
-    /// Has patterns shown, each for its time; gives when the projector says that each was.
+    /// Has patterns shown, each for its time in whole milliseconds as the wire takes it; gives when the projector says
+    /// that each was.
     fn show(&mut self, steps: &[(usize, f64)], begin: f64) -> Vec<f64> {
         let refresh = 1000.0 / self.rig.projector_hz;
         let mut order = begin;
         let mut shown = Vec::new();
-        for &(pattern, hold) in steps {
+        let holds: Vec<f64> = steps.iter().map(|(_, hold)| *hold).collect();
+        for (&(pattern, _), hold) in steps.iter().zip(whole_holds_ms(&holds)) {
             let presented = (order / refresh).ceil() * refresh;
             let spread = self.random.within(-0.5, 0.5) * self.rig.jitter_ms;
             let last = self.light.last().map_or(f64::NEG_INFINITY, |light| light.0);
             let lit = (presented + self.rig.latency_ms + spread).max(last);
             self.light.push((lit, pattern));
             shown.push(presented + self.clock_error_ms);
-            order += hold;
+            order += f64::from(hold);
         }
         shown
     }
@@ -363,6 +418,8 @@ struct Scene {
     surfaces: Vec<Vec<([f64; 3], [f64; 3])>>,
     /// For each pattern, band and pixel the projected light, linear.
     patterns: Vec<Vec<Vec<[f64; 3]>>>,
+    /// The unary grid of a recording.
+    white_unary: usize,
 }
 
 impl Scene {
@@ -370,6 +427,7 @@ impl Scene {
         let palette = Palette::default();
         let colours: Vec<Rgb> = palette.colours().iter().map(|c| c.colour).collect();
         let unary = outstanding_order(&colours).into_iter().map(|k| colours[k]);
+        let unary: Vec<Rgb> = unary.collect();
         let surfaces = (0..BANDS).map(|_| {
             let albedo: [f64; 3] = std::array::from_fn(|_| random.within(0.15, 0.8));
             let pixel = |random: &mut Random| {
@@ -398,8 +456,14 @@ impl Scene {
         };
         let all = |light: f64| vec![vec![[light; 3]; PIXELS]; BANDS];
         let mut patterns = vec![all(0.0), all(1.0), grid(&|line| coded[line])];
-        patterns.extend(unary.map(|colour| grid(&move |_| colour)));
-        Self { surfaces, patterns }
+        let white = unary.iter().position(|&colour| colour == Rgb::WHITE);
+        let white_unary = CODED + 1 + white.unwrap_or(0);
+        patterns.extend(unary.into_iter().map(|colour| grid(&move |_| colour)));
+        Self {
+            surfaces,
+            patterns,
+            white_unary,
+        }
     }
 
     /// What the camera makes of a band under these shares of the patterns.

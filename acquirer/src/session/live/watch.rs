@@ -40,6 +40,11 @@ impl Watch {
         }
     }
 
+    /// Whether this is up, as far as the projector has told.
+    pub(super) fn is_up(&self, shows: Shows) -> bool {
+        self.up == Some(shows)
+    }
+
     /// A pattern is up and all over the frames from now on.
     pub(super) fn settled(&mut self, up: Shows) {
         self.up = Some(up);

@@ -10,6 +10,7 @@
 
 use super::{
     FrameKind, LookNoise, Seen, Timing,
+    ends::LabelledRuns,
     runs::{Run, find_runs},
 };
 
@@ -83,18 +84,21 @@ pub fn tag_frames(
             _ => Tag::Unknown,
         })
         .collect();
-    for (run, label) in runs.iter().zip(&labels) {
-        // a frame alone is only known to be whole if no pattern around it was cut short
-        let trusted = label.filter(|&k| run.frames.len() > 1 || problem.held_long_enough(k));
-        let frames = &run.frames;
-        let believed = match (noise.coarse, frames.len()) {
-            (false, _) => &frames[..],
-            // the ends may hold more foreign light than such noise lets see
-            (true, 3..) => &frames[1..frames.len() - 1],
-            (true, _) => &[],
+    let labelled = LabelledRuns {
+        frames,
+        runs: &runs,
+        labels: &labels,
+        noise,
+    };
+    for (place, label) in labels.iter().enumerate() {
+        let Some(label) = *label else { continue };
+        let held = if runs[place].frames.len() > 1 {
+            problem.held_for(label, timing.least_band_hold_ms())
+        } else {
+            problem.held_for(label, timing.least_hold_ms())
         };
-        for &frame in believed {
-            tags[frame] = trusted.map_or(Tag::Unknown, Tag::Shows);
+        for frame in labelled.pure_frames(place, label, held) {
+            tags[frame] = Tag::Shows(label);
         }
     }
     for (frame, kind) in kinds.iter().enumerate() {
@@ -271,14 +275,12 @@ impl Problem<'_> {
         (0.5 * (miss / TIME_SIGMA_MS).powi(2)).min(TIME_MOST)
     }
 
-    /// Whether the pattern and those beside it were up so long that a frame which mixes two of them has whole
-    /// neighbours.
-    fn held_long_enough(&self, pattern: usize) -> bool {
+    /// Whether the pattern and those beside it were up for so long, in milliseconds.
+    fn held_for(&self, pattern: usize, least_ms: f64) -> bool {
         let changes = pattern.saturating_sub(2)..(pattern + 2).min(self.shown_ms.len());
-        let least = self.timing.least_hold_ms() - 0.1 * self.timing.frame_ms;
         self.shown_ms[changes]
             .windows(2)
-            .all(|pair| pair[1] - pair[0] >= least)
+            .all(|pair| pair[1] - pair[0] >= least_ms)
     }
 }
 

@@ -14,16 +14,23 @@ const SEARCHED_MS: (f64, f64) = (-200.0, 1200.0);
 /// Standard deviation of a band's share, and the most one share can cost.
 const SHARE_SIGMA: f64 = 0.04;
 const SHARE_MOST: f64 = 12.0;
-/// Delays tried for one change, over the width of the jitter.
-const DELAYS: usize = 9;
+/// Steps between the delays tried for one change, over the width of the jitter: so many, and more where each would be
+/// longer than this share of a frame, since a band's share can change by some standard deviations meanwhile.
+const DELAY_STEPS: f64 = 8.0;
+const DELAY_STEP: f64 = 0.05;
 /// Rounds of the search, each twice as fine.
 const ROUNDS: u32 = 6;
 /// Where the search starts, as shares of the ranges of read-out and jitter.
 const STARTS: [f64; 3] = [0.05, 0.3, 0.8];
-/// Widest jitter looked for, in milliseconds.
+/// Widest jitter looked for: in milliseconds, or a frame if that is longer.
 const MOST_JITTER_MS: f64 = 60.0;
+/// Mean jitter before any frame is seen, in milliseconds: decides where no frame tells, because all changes fall between
+/// two exposures.
+const USUAL_JITTER_MS: f64 = 5.0;
 /// Doublings of a 64th of a frame that a value is moved by at most.
 const FARTHEST: u32 = 7;
+/// Halvings of the last step, where a value must be known better than by its doublings.
+const HALVINGS: u32 = 3;
 /// A value that costs this many nats more is outside of its uncertainty: two standard deviations.
 const CLEARLY_LESS: f64 = 2.0;
 /// Mean agreement of frames and flashes, -1 to 1, below which there is no peak.
@@ -56,6 +63,7 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
     let middle = fit.uncertainty(best, Axis::Middle);
     let readout = fit.uncertainty(best, Axis::Readout);
     let exposure = fit.uncertainty(best, Axis::Exposure);
+    let change = best.exposure + best.readout + best.jitter;
     Some(Timing {
         latency: Estimate {
             ms: best.latency(),
@@ -72,6 +80,10 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
         exposure: Estimate {
             ms: best.exposure,
             uncertainty_ms: exposure,
+        },
+        change: Estimate {
+            ms: change,
+            uncertainty_ms: fit.longest_change(best) - change,
         },
         frame_ms,
     })
@@ -204,12 +216,13 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// Minus the logarithm of the likelihood.
+    /// Minus the logarithm of the likelihood, and what a jitter costs beforehand.
     fn cost(&self, model: &Model) -> f64 {
-        self.changes
-            .iter()
-            .map(|change| change_cost(change, model))
-            .sum()
+        let changes = self.changes.iter();
+        let seen: f64 = changes
+            .map(|change| change_cost(change, model, self.frame_ms))
+            .sum();
+        seen + model.jitter / USUAL_JITTER_MS
     }
 
     /// What a value may be: no exposure or read-out is longer than a frame.
@@ -218,7 +231,7 @@ impl Fit<'_> {
             Axis::Middle => (f64::NEG_INFINITY, f64::INFINITY),
             Axis::Readout => (0.0, self.frame_ms),
             Axis::Exposure => (0.5, self.frame_ms),
-            Axis::Jitter => (0.0, MOST_JITTER_MS),
+            Axis::Jitter => (0.0, MOST_JITTER_MS.max(self.frame_ms)),
         }
     }
 
@@ -231,10 +244,11 @@ impl Fit<'_> {
             exposure: self.frame_ms / 4.0,
             jitter: 0.0,
         };
+        let (_, most_jitter) = self.range(Axis::Jitter);
         let starts = STARTS.iter().flat_map(|&readout| {
             STARTS.map(|jitter| Model {
                 readout: readout * self.frame_ms,
-                jitter: jitter * MOST_JITTER_MS,
+                jitter: jitter * most_jitter,
                 ..start
             })
         });
@@ -271,6 +285,79 @@ impl Fit<'_> {
         best.map_or(model, |(_, best)| best)
     }
 
+    /// How long exposure, read-out and jitter may be together before the frames are clearly less likely, in
+    /// milliseconds. Where every change falls into the same part of a frame, each of them alone is hardly known, but
+    /// what they add up to is: a longer sum would have mixed frames that were whole.
+    fn longest_change(&self, best: Model) -> f64 {
+        let limit = self.cost(&best) + CLEARLY_LESS;
+        let shortest = best.exposure + best.readout + best.jitter;
+        let longest = 2.0 * self.frame_ms + self.range(Axis::Jitter).1;
+        let possible = |change: f64| {
+            let scale = change / shortest;
+            let stretched = Model {
+                readout: (scale * best.readout).min(self.frame_ms),
+                exposure: (scale * best.exposure).min(self.frame_ms),
+                ..best
+            };
+            [best, stretched].into_iter().any(|start| {
+                let moved = self.best_of_length(start, change);
+                self.cost(&moved) <= limit
+            })
+        };
+        let steps = (0..FARTHEST).map(|k| self.frame_ms / 64.0 * f64::from(1_u32 << k));
+        let (mut inside, mut outside) = (shortest, longest);
+        for step in steps {
+            let change = shortest + step;
+            if change > longest || !possible(change) {
+                outside = outside.min(change);
+                break;
+            }
+            inside = change;
+        }
+        for _ in 0..HALVINGS {
+            let middle = f64::midpoint(inside, outside);
+            if possible(middle) {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        outside
+    }
+
+    /// The likeliest model around one whose exposure, read-out and jitter together last so long, in milliseconds.
+    fn best_of_length(&self, start: Model, change: f64) -> Model {
+        let of_length = |model: Model| Model {
+            exposure: change - model.readout - model.jitter,
+            ..model
+        };
+        let (least, most) = self.range(Axis::Exposure);
+        let fits = |model: &Model| (least..=most).contains(&model.exposure);
+        let mut best = of_length(start);
+        if !fits(&best) {
+            let spare = change - start.exposure;
+            best = of_length(Model {
+                readout: spare.clamp(0.0, self.frame_ms),
+                jitter: (spare - self.frame_ms).clamp(0.0, self.range(Axis::Jitter).1),
+                ..start
+            });
+        }
+        for round in 0..ROUNDS {
+            let step = self.frame_ms / f64::from(8_u32 << round);
+            for axis in [Axis::Middle, Axis::Readout, Axis::Jitter] {
+                let (low, high) = self.range(axis);
+                let tried = (-2..=2).map(|k| {
+                    let value = (best.value(axis) + f64::from(k) * step).clamp(low, high);
+                    of_length(best.at(axis, value))
+                });
+                let costs = tried.filter(fits).map(|model| (self.cost(&model), model));
+                let least = costs.min_by(|a, b| a.0.total_cmp(&b.0));
+                best = least.map_or(best, |(_, model)| model);
+            }
+        }
+        best
+    }
+
     /// How far a value can move, the others following it, before the frames are clearly less likely, in milliseconds.
     fn uncertainty(&self, model: Model, axis: Axis) -> f64 {
         let (low, high) = self.range(axis);
@@ -301,10 +388,13 @@ impl Fit<'_> {
 }
 
 /// The cost of one change: its own delay within the jitter is not known, so all are possible.
-fn change_cost(change: &Change, model: &Model) -> f64 {
-    let costs: Vec<f64> = (0..DELAYS)
+fn change_cost(change: &Change, model: &Model, frame_ms: f64) -> f64 {
+    let steps = (model.jitter / (DELAY_STEP * frame_ms))
+        .ceil()
+        .max(DELAY_STEPS);
+    let costs: Vec<f64> = (0..=steps as usize)
         .map(|k| {
-            let delay = model.jitter * (k as f64 / (DELAYS - 1) as f64 - 0.5);
+            let delay = model.jitter * (k as f64 / steps - 0.5);
             let frames = change.frames.iter();
             frames
                 .map(|(since, shares)| frame_cost(since - delay, shares, model))
@@ -313,7 +403,7 @@ fn change_cost(change: &Change, model: &Model) -> f64 {
         .collect();
     let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
     let likelihood: f64 = costs.iter().map(|cost| (least - cost).exp()).sum();
-    least - (likelihood / DELAYS as f64).ln()
+    least - (likelihood / costs.len() as f64).ln()
 }
 
 fn frame_cost(since: f64, shares: &[Option<f64>], model: &Model) -> f64 {

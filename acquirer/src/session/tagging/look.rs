@@ -23,6 +23,10 @@ const DIFFERS_SIGMA: f32 = 6.0;
 /// change: where some pixels brighten and others darken, a curve that is not sRGB's bends the mean by less than that.
 const OUTSIDE_SIGMA: f32 = 8.0;
 const BENT_SHARE: f32 = 0.1;
+/// Share of either end from which a band counts as a mixture.
+const MIXED_SHARE: f32 = 0.1;
+/// Standard deviations that a share of foreign light must stay below what is allowed.
+const EXCLUDED_SIGMA: f32 = 4.0;
 /// Least noise assumed of a mean and of a sample: rounding to bytes hides what is below.
 const LEAST_NOISE: LookNoise = LookNoise {
     mean: NoiseLaw {
@@ -150,6 +154,22 @@ impl Look {
         pairs.into_iter().all(|(a, b)| a.same(b, noise))
     }
 
+    /// Whether what lies between two frames that follow each other is little beside what lies around them, in every
+    /// band: light of other patterns that may be in them, but not much of it.
+    #[must_use]
+    pub fn nearly_same(&self, next: &Self, around: (&Self, &Self), noise: LookNoise) -> bool {
+        (0..self.bands.len()).all(|k| {
+            let (own, next) = (&self.bands[k], &next.bands[k]);
+            let little = |beside: &Band| {
+                let (step, way) = (own.change(next), own.change(beside));
+                let most = |values: [f32; 3]| values.into_iter().fold(0.0, f32::max);
+                most(step) < MIXED_SHARE * most(way)
+            };
+            let (before, after) = (&around.0.bands[k], &around.1.bands[k]);
+            own.same(next, noise) || (little(before) && little(after))
+        })
+    }
+
     /// Whether a mixture of two frames could look like this one: the mean of each band lies between theirs.
     ///
     /// Part of an exposure under the one light and part under the other gives means between the two, whatever the
@@ -157,13 +177,36 @@ impl Look {
     #[must_use]
     pub fn between(&self, a: &Self, b: &Self, noise: LookNoise) -> bool {
         let bands = self.bands.iter().zip(a.bands.iter().zip(&b.bands));
-        let mut channels = bands.flat_map(|(own, (a, b))| {
-            let bent = a.change(b).map(|change| BENT_SHARE * change);
-            (0..3).map(move |c| (own.mean[c], (a.mean[c], b.mean[c]), bent[c]))
-        });
-        channels.all(|(own, ends, bent)| {
-            !is_outside(own, ends, OUTSIDE_SIGMA * noise.mean.at(own) + bent)
+        bands
+            .into_iter()
+            .all(|(own, (a, b))| own.between(a, b, noise))
+    }
+
+    /// Whether some band looks like a mixture of two frames, with a tenth of either at least.
+    #[must_use]
+    pub fn partly_mixed(&self, a: &Self, b: &Self, noise: LookNoise) -> bool {
+        let bands = self.bands.iter().zip(a.bands.iter().zip(&b.bands));
+        bands.into_iter().any(|(own, (a, b))| {
+            let share = own.share(a, b, 0.0);
+            let mixed =
+                share.is_some_and(|share| (MIXED_SHARE..1.0 - MIXED_SHARE).contains(&share));
+            mixed && own.between(a, b, noise) && !own.same(a, noise) && !own.same(b, noise)
         })
+    }
+
+    /// The most of other looks' light that may be in this one, as a share of 1, in the band where it is most; with
+    /// `own`, a look of the same thing that has none of the first one's.
+    ///
+    /// The light of each foreign look adds its share of the way to that look; the shares are fitted to all values of a
+    /// band by their noise, and what counts is the first one's with [`EXCLUDED_SIGMA`] standard deviations on top. Bands
+    /// in which nobody could see even all of it are left out.
+    #[must_use]
+    pub fn most_foreign(&self, own: &Self, foreign: &[&Self], noise: LookNoise) -> f32 {
+        let bands = (0..self.bands.len()).filter_map(|k| {
+            let foreign: Vec<&Band> = foreign.iter().map(|look| &look.bands[k]).collect();
+            self.bands[k].most_foreign(&own.bands[k], &foreign, noise)
+        });
+        bands.fold(0.0, f32::max)
     }
 
     /// How far the light of each band has come from one look to another, 0 to 1 and a little beyond by noise; `None`
@@ -171,14 +214,9 @@ impl Look {
     #[must_use]
     pub fn share(&self, from: &Self, to: &Self, least_contrast: f32) -> Vec<Option<f32>> {
         let bands = self.bands.iter().zip(from.bands.iter().zip(&to.bands));
-        let share = |(own, (from, to)): (&Band, (&Band, &Band))| {
-            let way: [f32; 3] = std::array::from_fn(|c| to.mean[c] - from.mean[c]);
-            let length: f32 = way.iter().map(|step| step * step).sum();
-            let done: f32 = (0..3).map(|c| (own.mean[c] - from.mean[c]) * way[c]).sum();
-            let contrast = way.iter().fold(0.0, |most: f32, step| most.max(step.abs()));
-            (contrast > least_contrast).then(|| done / length)
-        };
-        bands.map(share).collect()
+        bands
+            .map(|(own, (from, to))| own.share(from, to, least_contrast))
+            .collect()
     }
 }
 
@@ -212,6 +250,25 @@ impl Band {
         }
     }
 
+    /// How far the means have come from one band to another, see [`Look::share`].
+    fn share(&self, from: &Self, to: &Self, least_contrast: f32) -> Option<f32> {
+        let way: [f32; 3] = std::array::from_fn(|c| to.mean[c] - from.mean[c]);
+        let length: f32 = way.iter().map(|step| step * step).sum();
+        let done: f32 = (0..3).map(|c| (self.mean[c] - from.mean[c]) * way[c]).sum();
+        let contrast = way.iter().fold(0.0, |most: f32, step| most.max(step.abs()));
+        (contrast > least_contrast).then(|| done / length)
+    }
+
+    /// Whether the means lie between those of two others in every channel.
+    fn between(&self, a: &Self, b: &Self, noise: LookNoise) -> bool {
+        let change = a.change(b);
+        (0..3).all(|c| {
+            let own = self.mean[c];
+            let miss = OUTSIDE_SIGMA * noise.mean.at(own) + BENT_SHARE * change[c];
+            !is_outside(own, (a.mean[c], b.mean[c]), miss)
+        })
+    }
+
     /// Mean size of the samples' change to another band, per channel.
     fn change(&self, other: &Self) -> [f32; 3] {
         let pairs = self
@@ -223,6 +280,22 @@ impl Band {
             sums = std::array::from_fn(|c| sums[c] + (a[c] - b[c]).abs());
         }
         sums.map(|sum| sum * 3.0 / self.samples.len().max(1) as f32)
+    }
+
+    /// See [`Look::most_foreign`], which has one look or two.
+    fn most_foreign(&self, own: &Self, foreign: &[&Self], noise: LookNoise) -> Option<f32> {
+        let mut sums = Normal::default();
+        let values = |band: &Self, k: usize| match k.checked_sub(3) {
+            None => (band.mean[k], noise.mean),
+            Some(k) => (band.samples[k], noise.sample),
+        };
+        for k in 0..3 + self.samples.len().min(own.samples.len()) {
+            let ((value, law), (own, _)) = (values(self, k), values(own, k));
+            let variance = law.at(value).powi(2) + law.at(own).powi(2);
+            let ways = [0, 1].map(|f| foreign.get(f).map_or(0.0, |band| values(band, k).0 - own));
+            sums.add(value - own, ways, variance);
+        }
+        sums.first_at_most()
     }
 
     fn same(&self, other: &Self, noise: LookNoise) -> bool {
@@ -238,6 +311,44 @@ impl Band {
         let count = self.samples.len() as f32;
         // the squares of differences of two values are 2 each; their sum spreads by sqrt(2 n) of them
         squares <= 2.0 * count * (1.0 + DIFFERS_SIGMA * (2.0 / count.max(1.0)).sqrt())
+    }
+}
+
+/// Sums of a weighted least-squares fit of a difference by two ways, each gone by a share.
+#[derive(Default)]
+struct Normal {
+    ways: [f64; 2],
+    both: f64,
+    difference: [f64; 2],
+}
+
+impl Normal {
+    fn add(&mut self, difference: f32, ways: [f32; 2], variance: f32) {
+        let weight = 1.0 / f64::from(variance);
+        let (difference, [a, b]) = (f64::from(difference), ways.map(f64::from));
+        self.ways = [self.ways[0] + a * a * weight, self.ways[1] + b * b * weight];
+        self.both += a * b * weight;
+        self.difference[0] += difference * a * weight;
+        self.difference[1] += difference * b * weight;
+    }
+
+    /// The first share at most; `None` when even a whole one would not be seen.
+    fn first_at_most(&self) -> Option<f32> {
+        if self.ways[0] < f64::from(DIFFERS_SIGMA).powi(2) {
+            return None;
+        }
+        // what the first way has of its own, beside the second one
+        let seen = self.ways[1] >= f64::from(DIFFERS_SIGMA).powi(2);
+        let along = if seen { self.both / self.ways[1] } else { 0.0 };
+        let own = self.ways[0] - along * self.both;
+        let share = (self.difference[0] - along * self.difference[1]) / own;
+        let most = share.max(0.0) + f64::from(EXCLUDED_SIGMA) / own.sqrt();
+        // two ways that are one tell nothing
+        Some(if own > 0.0 {
+            most as f32
+        } else {
+            f32::INFINITY
+        })
     }
 }
 

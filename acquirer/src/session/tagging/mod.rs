@@ -6,7 +6,8 @@
 //!
 //! - [`Look`]: what is kept of a frame, in horizontal bands, and how two frames compare (`look`).
 //! - [`FrameKind`]: which frames show one pattern all over, by comparing neighbours (`runs`).
-//! - [`tag_frames`]: which pattern that is: the order of the sequence, then the times (`align`).
+//! - [`tag_frames`]: which pattern that is: the order of the sequence, then the times (`align`); frames beside a change
+//!   only if their neighbours' light can be ruled out (`ends`).
 //! - [`outstanding_order`]: in which order colours are best shown (`order`).
 //! - [`find_timing`]: latency, jitter, read-out and exposure from black and white flashes (`flash`).
 //!
@@ -19,6 +20,8 @@
 mod look;
 
 mod runs;
+
+mod ends;
 
 mod align;
 
@@ -33,4 +36,4 @@ pub use flash::{Flash, find_timing};
 pub use look::{BANDS, Band, Look, LookNoise, NoiseLaw};
 pub use order::outstanding_order;
 pub use runs::{FrameKind, Seen};
-pub use timing::{Estimate, Timing};
+pub use timing::{Estimate, Timing, whole_holds_ms};

@@ -2,9 +2,9 @@
 //!
 //! Takes frames in their order, gives each a [`FrameKind`] and the whole ones in runs of frames that look the same.
 //! Two neighbours that look the same in every band are whole: a change within either would differ between them. A
-//! frame that differs from both neighbours is whole when it could not be a mixture of them, and mixed otherwise. Where
-//! a neighbour was lost nobody can tell. This holds if each pattern stays for [`super::Timing::least_hold_ms`]: then
-//! the neighbours of a frame that mixes two patterns show no third one.
+//! frame that differs from both neighbours is mixed when it could be a mixture of them, and whole when no band of it
+//! looks like one. Where a neighbour was lost nobody can tell. This holds if each pattern stays for
+//! [`super::Timing::least_hold_ms`]: then the neighbours of a frame that mixes two patterns show no third one.
 
 use super::{Look, LookNoise};
 
@@ -59,9 +59,7 @@ pub(super) fn find_runs(
     let fresh: Vec<usize> = (0..frames.len())
         .filter(|&k| kinds[k] == FrameKind::Unsure)
         .collect();
-    let groups: Vec<&[usize]> = fresh
-        .chunk_by(|&a, &b| frames[a].look.same(&frames[b].look, noise))
-        .collect();
+    let groups = groups_of(frames, &fresh, noise);
     // a duplicate stands in the place of a frame that nobody saw
     let lost_between = |a: usize, b: usize| {
         b - a > 1
@@ -83,8 +81,11 @@ pub(super) fn find_runs(
                 if !lost_between(before, first) && !lost_between(last, after) =>
             {
                 let (before, after) = (&frames[before].look, &frames[after].look);
-                if frames[first].look.between(before, after, noise) {
+                let look = &frames[first].look;
+                if look.between(before, after, noise) {
                     FrameKind::Mixed
+                } else if look.partly_mixed(before, after, noise) {
+                    FrameKind::Unsure
                 } else {
                     FrameKind::Whole
                 }
@@ -102,6 +103,29 @@ pub(super) fn find_runs(
         }
     }
     (kinds, runs)
+}
+
+/// Frames in a row that look the same; two that look the same but for little stand together too.
+fn groups_of<'a>(frames: &[Seen], fresh: &'a [usize], noise: LookNoise) -> Vec<&'a [usize]> {
+    let look = |place: usize| &frames[fresh[place]].look;
+    let same = |place: usize| look(place).same(look(place + 1), noise);
+    let joined: Vec<bool> = (1..fresh.len()).map(|place| same(place - 1)).collect();
+    let joins = |place: usize| joined.get(place).copied().unwrap_or(false);
+    let pair = |place: usize| {
+        let alone = place > 0 && !joins(place - 1) && !joins(place) && !joins(place + 1);
+        alone
+            && place + 2 < fresh.len()
+            && look(place).nearly_same(look(place + 1), (look(place - 1), look(place + 2)), noise)
+    };
+    let (mut groups, mut begin) = (Vec::new(), 0);
+    for place in 0..fresh.len() {
+        let paired = place > begin || place + 1 == fresh.len() || !pair(place);
+        if !joins(place) && paired {
+            groups.push(&fresh[begin..=place]);
+            begin = place + 1;
+        }
+    }
+    groups
 }
 
 /// Whether a frame is an earlier one given once more; unsure otherwise.

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::BANDS;
+
 /// A measured time with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
@@ -36,34 +38,83 @@ pub struct Timing {
     pub readout: Estimate,
     /// Exposure of one row.
     pub exposure: Estimate,
+    /// Exposure, read-out and jitter together, the uncertainty upwards: for so long a change of the picture can be in
+    /// frames.
+    pub change: Estimate,
     /// From frame to frame, in milliseconds.
     pub frame_ms: f64,
 }
 
 impl Timing {
     /// Least time between two changes such that between them lies one whole frame at least, whatever the phase, and
-    /// such that the neighbours of a mixed frame hold no third pattern: a frame, its read-out and exposure, the jitter,
-    /// and how uncertain these are together.
+    /// such that the neighbours of a mixed frame hold no third pattern: a frame, its read-out and exposure, and the
+    /// jitter, as long as these can be together.
     #[must_use]
     pub fn least_hold_ms(&self) -> f64 {
-        let parts = [self.readout, self.exposure, self.jitter];
-        let span: f64 = parts.iter().map(|part| part.ms).sum();
-        let squares: f64 = parts.iter().map(|part| part.uncertainty_ms.powi(2)).sum();
-        self.frame_ms + span + squares.sqrt()
+        self.frame_ms + self.change.at_most()
+    }
+
+    /// The same for one band of the frames: a band is exposed in a fraction of the read-out.
+    #[must_use]
+    pub fn least_band_hold_ms(&self) -> f64 {
+        let parts = [
+            (self.exposure, 1.0),
+            (self.readout, 1.0 / BANDS as f64),
+            (self.jitter, 1.0),
+        ];
+        let parts = parts.map(|(part, share)| share * part.at_most());
+        self.frame_ms + parts.iter().sum::<f64>()
     }
 
     /// Camera frames for which a pattern is held so that `whole` frames show nothing else: 2 for one frame when
     /// exposure, read-out and jitter together last no longer than a frame, more otherwise.
     #[must_use]
     pub fn hold_frames(&self, whole: usize) -> usize {
-        // the share of a frame that rounding may take without harm
-        let least = (self.least_hold_ms() / self.frame_ms - 0.05).ceil() as usize;
+        let least = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
         least.max(2) + whole.max(1) - 1
+    }
+
+    /// The timing of a rig that did worse than was measured, on a busy machine say: times count for less with each time
+    /// but the first that frames were not recognised by them.
+    #[must_use]
+    pub fn after_failures(mut self, failures: usize) -> Self {
+        let more = failures.saturating_sub(1) as f64;
+        self.jitter.uncertainty_ms += more * self.frame_ms;
+        self
     }
 
     /// From the projector's word until its picture is certainly all over a frame, as a time of the frame's stamp.
     #[must_use]
     pub fn settled_ms(&self) -> f64 {
         self.latency.at_most() + self.jitter.at_most() / 2.0 + self.exposure.at_most()
+    }
+}
+
+/// Times in whole milliseconds, as the wire takes them, whose sums stay as near to those of the given ones as can be:
+/// rounding each by itself would let a long sequence drift away from the camera's frames.
+#[must_use]
+pub fn whole_holds_ms(holds_ms: &[f64]) -> Vec<u32> {
+    let (mut exact, mut sent) = (0.0, 0);
+    holds_ms
+        .iter()
+        .map(|hold| {
+            exact += hold.max(1.0);
+            let whole = ((exact.round() as u64) - sent).max(1);
+            sent += whole;
+            u32::try_from(whole).unwrap_or(u32::MAX)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn holds_of_two_camera_frames_stay_in_step_with_the_camera() {
+        let holds = whole_holds_ms(&[2000.0 / 29.97; 60]);
+        assert!(holds.iter().all(|hold| (66..=67).contains(hold)));
+        let sum: u32 = holds.iter().sum();
+        assert!((f64::from(sum) - 60.0 * 2000.0 / 29.97).abs() <= 0.5);
     }
 }

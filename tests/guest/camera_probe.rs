@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use acquirer::camera::v4l2::{V4l2Camera, list_cameras};
-use acquirer::camera::{Camera, CameraError, CameraSettings, Frame};
+use acquirer::camera::{Camera, CameraError, CameraSettings, ControlWishes, Frame};
 use acquirer::clock::monotonic_now;
 use anyhow::Context;
 use clap::Parser;
@@ -44,8 +44,8 @@ struct CaptureArgs {
     #[arg(long, default_value_t = 480)]
     height: u32,
     /// Highest rate.
-    #[arg(long, default_value_t = 30)]
-    rate: u32,
+    #[arg(long, default_value_t = 30.0)]
+    rate: f64,
     /// Holds the camera's automatics before capturing.
     #[arg(long)]
     hold: bool,
@@ -65,6 +65,7 @@ fn main() -> anyhow::Result<()> {
                 width: args.width,
                 height: args.height,
                 max_rate: args.rate,
+                controls: ControlWishes::default(),
                 pixel_format: args.format.clone(),
             };
             match V4l2Camera::open(&args.device, &settings) {

@@ -32,7 +32,8 @@ pub fn open_rig(args: &RigArgs, config: &Config) -> anyhow::Result<Rig> {
     if let CameraSpec::Replay(dir) = &spec {
         show_recorded_grid(&projector, dir)?;
     }
-    let camera = open_camera(&spec, &config.camera, Some(&args.projector))?;
+    let settings = args.camera_settings.over(&config.camera);
+    let camera = open_camera(&spec, &settings, Some(&args.projector))?;
     Ok(Rig::new(projector, camera))
 }
 

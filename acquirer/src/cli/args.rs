@@ -113,6 +113,9 @@ pub struct CameraArgs {
     /// for several. `acquirer cameras --controls` lists them. They get their old values back at the end.
     #[arg(long = "control", value_name = "KEY=VALUE")]
     controls: Vec<ControlWish>,
+    /// Set the exposure first, so that the white-lit scene does not clip.
+    #[arg(long)]
+    pub expose: bool,
 }
 
 impl CameraArgs {

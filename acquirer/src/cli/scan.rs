@@ -11,19 +11,24 @@ use std::{
 use anyhow::{Context, bail};
 use shared::{geometry::RigCalibration, pattern::Palette, stage::Stage};
 
-use super::{args::ScanArgs, colours, console::Console, process, rig::open_rig};
+use super::{
+    args::ScanArgs,
+    colours,
+    console::Console,
+    process,
+    rig::{make_ready, open_rig},
+};
 use crate::{
     camera::CameraSpec,
     config::Config,
     process::process_scan,
     scan::ScanFolder,
-    session::{
-        Cancel, NewScan, Rig, SessionError, grid_warnings, measure_latency, projected, record_stage,
-    },
+    session::{Cancel, NewScan, Rig, SessionError, grid_warnings, projected, record_stage},
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.reading.config(&args.rig.config)?;
+    let mut config = args.reading.config(&args.rig.config)?;
+    config.exposure.set |= args.rig.camera_settings.expose;
     let calibration = args.calibration.load()?;
     if args.out.join("scan.json").exists() {
         bail!(
@@ -103,7 +108,7 @@ impl Recording<'_> {
         cancel: &Cancel,
         console: &mut Console,
     ) -> anyhow::Result<ScanFolder> {
-        measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+        make_ready(rig, config, cancel, console)?;
         let selection = match self.pick_colours {
             true => Some(colours::pick(
                 rig,

@@ -7,7 +7,7 @@
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use v4l::control::{MenuItem as NamedItem, Type};
 use v4l2r::bindings::{v4l2_query_ext_ctrl, v4l2_querymenu};
@@ -52,8 +52,7 @@ pub(super) fn asking(path: &Path, error: &io::Error) -> CameraError {
 /// A device that is open for its controls alone.
 pub(super) struct ControlHandle {
     file: File,
-    /// For the names of menus that are not standard.
-    named: v4l::Device,
+    path: PathBuf,
 }
 
 impl ControlHandle {
@@ -64,8 +63,10 @@ impl ControlHandle {
             .custom_flags(O_NONBLOCK)
             .open(path)
             .map_err(|error| open_error(path, &error))?;
-        let named = v4l::Device::with_path(path).map_err(|error| open_error(path, &error))?;
-        Ok(Self { file, named })
+        Ok(Self {
+            file,
+            path: path.into(),
+        })
     }
 
     fn info(
@@ -141,7 +142,8 @@ impl ControlHandle {
 
     /// The names of all menu items as v4l reads them; none where it cannot read the list.
     fn names(&self) -> Names {
-        let controls = guarded(|| self.named.query_controls()).unwrap_or_default();
+        let read = || v4l::Device::with_path(&self.path)?.query_controls();
+        let controls = guarded(read).unwrap_or_default();
         let items = controls.into_iter().flat_map(|control| {
             let items = control.items.unwrap_or_default();
             items.into_iter().map(move |(index, item)| {

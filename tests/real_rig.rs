@@ -108,12 +108,17 @@ fn work_in_a_guest(
     let script = format!(
         r#"frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & feeder=$!
 wait-fed
-echo "== cameras"; acquirer cameras --json
+echo "== cameras"; acquirer cameras --controls --json
 printf '{QUICK}' >/tmp/quick.toml
 export RUST_LOG=info
 rig="--projector 10.0.2.2:{projector} --camera /dev/video0 --config /tmp/quick.toml --json"
 echo "== live"
 acquirer live $rig --mode dynamic --frames 4 || exit
+kept() {{ v4l2-ctl -d /dev/video0 -C keep_format; }}
+echo "== interrupted"; kept
+acquirer live $rig --control keep_format=on >/tmp/live 2>&1 & live=$!
+while ! kept | grep -q 1 && kill -0 $live 2>/dev/null; do sleep 0.5; done
+kept; kill -INT $live; wait $live; kept
 echo "== scan"
 acquirer scan $rig --pick-colours --out /tmp/scan \
     --place-object 'echo object | nc 10.0.2.2 {stages} | grep done' >/tmp/figures 2>/tmp/log & scan=$!
@@ -169,6 +174,19 @@ fn a_rig_with_a_real_window_and_a_real_camera_device_reads_the_room_right() {
         assert_eq!(frame["pattern"], "coded", "{frame}");
         assert!(frame["crossings"].as_u64() > Some(150), "{frame}");
     }
+    let controls = cameras[0]["controls"].as_array().unwrap();
+    let keep = controls
+        .iter()
+        .find(|control| control["key"] == "keep_format");
+    assert_eq!(keep.unwrap()["kind"], "switch");
+    let kept = output
+        .lines()
+        .filter_map(|line| line.trim_end().strip_prefix("keep_format: "));
+    assert_eq!(
+        kept.collect::<Vec<_>>(),
+        ["0", "1", "0"],
+        "a control set for a command is set back when it is interrupted: {output}"
+    );
 
     let scan = folder.path().join("scan");
     let figures = &section(&output, "scan")[0];

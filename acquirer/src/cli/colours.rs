@@ -5,7 +5,7 @@ use anyhow::Context;
 use super::{
     args::ColoursArgs,
     console::Console,
-    rig::{open_rig, tell_latency},
+    rig::{make_ready, open_rig},
 };
 use crate::{
     pipeline::{Projected, colour_choice::ColourSelection},
@@ -16,7 +16,8 @@ use crate::{
 use shared::pattern::{Palette, Rgb};
 
 pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.rig.config.load()?;
+    let mut config = args.rig.config.load()?;
+    config.exposure.set |= args.rig.camera_settings.expose;
     let palette = match &args.palette {
         None => Palette::default(),
         Some(path) => {
@@ -30,7 +31,7 @@ pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
     for warning in grid_warnings(&rig, &projected(&rig)?) {
         console.say(&format!("warning: {warning}"));
     }
-    tell_latency(&mut rig, &config, cancel, &mut console)?;
+    make_ready(&mut rig, &config, cancel, &mut console)?;
     let selection = pick(&mut rig, &palette, !args.keep, cancel, &mut console)?;
     if args.json {
         println!("{}", serde_json::to_string(&selection)?);

@@ -14,7 +14,7 @@ use crate::{
     config::Config,
     projector_link::{LinkSettings, ProjectorLink},
     scan::ScanFolder,
-    session::{Cancel, Rig, SessionError, measure_latency},
+    session::{Cancel, Rig, SessionError, measure_latency, set_exposure},
 };
 
 /// Connects to the projector as its controller, then opens the camera.
@@ -32,8 +32,32 @@ pub fn open_rig(args: &RigArgs, config: &Config) -> anyhow::Result<Rig> {
     if let CameraSpec::Replay(dir) = &spec {
         show_recorded_grid(&projector, dir)?;
     }
-    let camera = open_camera(&spec, &config.camera, Some(&args.projector))?;
+    let settings = args.camera_settings.over(&config.camera);
+    let camera = open_camera(&spec, &settings, Some(&args.projector))?;
     Ok(Rig::new(projector, camera))
+}
+
+/// Makes a rig ready for recording: sets the exposure if the configuration asks for it, measures the
+/// latency, and tells both; a recording has neither.
+///
+/// # Errors
+/// As [`set_exposure`] and [`measure_latency`].
+pub(super) fn make_ready(
+    rig: &mut Rig,
+    config: &Config,
+    cancel: &Cancel,
+    console: &mut Console,
+) -> Result<(), SessionError> {
+    let follows = rig.camera.follows_projector();
+    if config.exposure.set && follows {
+        let exposure = set_exposure(rig, &config.exposure, cancel, &mut |p| console.show(&p))?;
+        console.say(&exposure.sentence());
+    }
+    let latency = measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    if follows {
+        console.say(&latency.sentence());
+    }
+    Ok(())
 }
 
 /// Gives the projector the grid of a recording that is replayed, so that what is recorded now is told rightly.
@@ -51,23 +75,6 @@ pub(super) fn show_grid(projector: &ProjectorLink, grid: &GridSettings) -> anyho
     projector.set_lines(coded.rows(), coded.columns())?;
     projector.set_widths(coded.width_px(Axis::Row), coded.width_px(Axis::Column))?;
     projector.set_colours(coded.colours(), *unary)?;
-    Ok(())
-}
-
-/// Measures the latency and tells what it is; a recording has none.
-///
-/// # Errors
-/// As [`measure_latency`].
-pub(super) fn tell_latency(
-    rig: &mut Rig,
-    config: &Config,
-    cancel: &Cancel,
-    console: &mut Console,
-) -> Result<(), SessionError> {
-    let latency = measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
-    if rig.camera.follows_projector() {
-        console.say(&latency.sentence());
-    }
     Ok(())
 }
 

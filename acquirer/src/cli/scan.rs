@@ -20,7 +20,7 @@ use super::{
     colours,
     console::Console,
     process,
-    rig::{open_rig, show_grid, tell_latency},
+    rig::{make_ready, open_rig, show_grid},
 };
 use crate::{
     camera::CameraSpec,
@@ -39,6 +39,7 @@ pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
             "a recording can't show finer grids; leave out --densify, or use a camera or a simulated room"
         );
     }
+    config.exposure.set |= args.rig.camera_settings.expose;
     let calibration = args.calibration.load()?;
     let begun = args.out.join("scan.json").exists();
     if begun && !args.resume {
@@ -88,7 +89,7 @@ fn resume(
     let mut rig = open_rig(&args.rig, config)?;
     show_grid(&rig.projector, &folder.manifest().pattern)?;
     check_same_rig(&rig, &folder)?;
-    tell_latency(&mut rig, config, cancel, console)?;
+    make_ready(&mut rig, config, cancel, console)?;
     for stage in missing {
         if stage == Stage::Object {
             object.place(cancel, console)?;
@@ -185,7 +186,7 @@ impl Recording<'_> {
         cancel: &Cancel,
         console: &mut Console,
     ) -> anyhow::Result<ScanFolder> {
-        tell_latency(rig, config, cancel, console)?;
+        make_ready(rig, config, cancel, console)?;
         let selection = match self.pick_colours {
             true => Some(colours::pick(
                 rig,

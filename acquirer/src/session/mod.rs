@@ -1,10 +1,11 @@
-//! What the operator does with the rig: measure the latency, choose the colours, record a scan.
+//! What the operator does with the rig: set the exposure, measure the latency, choose the colours, record a scan.
 //!
 //! Each action drives the projector through its link and takes frames from the camera; it tells its progress
 //! as [`Progress`] events and stops at the next frame when it is cancelled. Nothing here knows a window or a
 //! command line.
 
 mod colours;
+mod exposure;
 mod finer;
 mod latency;
 mod live;
@@ -16,6 +17,7 @@ mod sequence;
 pub mod tagging;
 
 pub use colours::{ColourTrialOrder, ColourTrialResult, OnMeasured, apply_selection, try_colours};
+pub use exposure::{Exposure, ExposureSettings, WholePeriods, set_exposure};
 pub use latency::{Latency, LatencySettings, measure_latency};
 pub use live::{LiveFrame, LiveMode, LiveSettings, LiveView, OnFrame, read_live};
 pub use new_scan::{NewScan, grid_warnings, projected, recording_warnings};

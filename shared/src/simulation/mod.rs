@@ -29,6 +29,8 @@ mod room;
 
 mod sensor;
 
+mod tuning;
+
 mod truth;
 
 mod line_truth;
@@ -40,3 +42,4 @@ pub use scene::{Scene, SceneError};
 pub use space::Space;
 pub use timeline::Timeline;
 pub use truth::{TruthVertex, write_truth_csv};
+pub use tuning::CameraTuning;

@@ -21,6 +21,7 @@ use super::{
     surface::albedo_of,
     timeline::Timeline,
     truth::TruthVertex,
+    tuning::CameraTuning,
 };
 use crate::{
     geometry::{CameraPixel, ProjectorPixel},
@@ -36,7 +37,8 @@ const SUBPIXELS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.7
 pub struct Room {
     space: Space,
     sensor: Sensor,
-    exposure: Duration,
+    /// The scene's own settings of the camera.
+    tuning: CameraTuning,
     readout: Duration,
     pixels: Vec<Pixel>,
     /// Pixels in a row.
@@ -64,7 +66,7 @@ impl Room {
         let mut room = Self {
             space: Space::new(scene, stage),
             sensor: Sensor::new(&scene.camera, scene.random()),
-            exposure: scene.exposure(),
+            tuning: CameraTuning::of(scene),
             readout: scene.readout(),
             pixels: Vec::new(),
             width: scene.camera.width as usize,
@@ -82,7 +84,7 @@ impl Room {
     /// The same light and frame number give the same bytes.
     #[must_use]
     pub fn render(&self, light: &ProjectedLight, frame_number: u64) -> RgbImage {
-        self.frame(|_| vec![(light, 1.0)], frame_number)
+        self.frame(|_| vec![(light, 1.0)], frame_number, &self.tuning)
     }
 
     /// The frame whose exposure began at a time of the timeline.
@@ -96,12 +98,24 @@ impl Room {
         exposure_start: Duration,
         frame_number: u64,
     ) -> RgbImage {
+        self.render_tuned(timeline, exposure_start, frame_number, &self.tuning)
+    }
+
+    /// As [`Room::render_at`], by a camera with other settings than the scene's.
+    #[must_use]
+    pub fn render_tuned(
+        &self,
+        timeline: &Timeline,
+        exposure_start: Duration,
+        frame_number: u64,
+        tuning: &CameraTuning,
+    ) -> RgbImage {
         let rows = (self.pixels.len() / self.width) as f64;
         let lights = |row: usize| {
             let start = exposure_start.saturating_add(self.readout.mul_f64(row as f64 / rows));
-            timeline.between(start, start.saturating_add(self.exposure))
+            timeline.between(start, start.saturating_add(tuning.exposure))
         };
-        self.frame(lights, frame_number)
+        self.frame(lights, frame_number, tuning)
     }
 
     /// The geometry of the room.
@@ -126,18 +140,22 @@ impl Room {
         &self,
         lights: impl Fn(usize) -> Vec<(&'a ProjectedLight, f32)> + Sync,
         frame_number: u64,
+        tuning: &CameraTuning,
     ) -> RgbImage {
+        // 1 at the scene's own exposure, whatever that is
+        let scale = tuning.exposure.as_secs_f64() / self.tuning.exposure.as_secs_f64();
+        let scale = scale as f32;
         let mut signal = vec![[0.0_f32; 3]; self.pixels.len()];
         let rows = signal
             .par_chunks_mut(self.width)
             .zip(self.pixels.par_chunks(self.width));
         rows.enumerate().for_each(|(row, (signal, pixels))| {
             for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                *signal = pixel.ambient;
+                *signal = pixel.ambient.map(|light| light * scale);
             }
             for (light, share) in lights(row) {
                 for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                    let gathered = pixel.gather(light) * share;
+                    let gathered = pixel.gather(light) * (share * scale);
                     signal
                         .iter_mut()
                         .zip(gathered.iter())
@@ -145,7 +163,7 @@ impl Room {
                 }
             }
         });
-        self.sensor.expose(signal, frame_number)
+        self.sensor.expose(signal, frame_number, tuning.gains())
     }
 
     fn pixel(&self, scene: &Scene, index: usize) -> Pixel {

@@ -98,6 +98,18 @@ impl Scene {
         milliseconds(self.camera.readout_ms)
     }
 
+    /// Whether the camera sets its exposure by itself when it is opened.
+    #[must_use]
+    pub fn auto_exposure(&self) -> bool {
+        self.camera.auto_exposure
+    }
+
+    /// Whether the camera sets its white balance by itself when it is opened.
+    #[must_use]
+    pub fn auto_white_balance(&self) -> bool {
+        self.camera.auto_white_balance
+    }
+
     /// The true calibration of the rig.
     #[must_use]
     pub fn calibration(&self) -> RigCalibration {

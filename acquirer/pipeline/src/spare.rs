@@ -8,7 +8,9 @@ pub(super) struct Spare<T>(Vec<T>);
 impl<T: Default> Spare<T> {
     /// Makes a list `length` elements long. Those that come to it hold what they held before.
     pub(super) fn resize(&mut self, list: &mut Vec<T>, length: usize) {
-        self.0.reserve(list.len().saturating_sub(length));
+        // room for the whole list, so that a shorter one never takes memory
+        let longest = list.len().max(length);
+        self.0.reserve(longest.saturating_sub(self.0.len()));
         while list.len() > length {
             self.0.extend(list.pop());
         }

@@ -39,6 +39,7 @@ pub(super) fn meetings(lines: &Lines, buffers: &mut MeetingBuffers, all: &mut Ve
     columns.for_each(|(c, (met, column))| {
         let span = column.span();
         met.clear();
+        met.reserve(row_spans.len());
         for (r, row) in lines.rows.tracks.iter().enumerate() {
             if apart((column, span), (row, row_spans[r]), margin) {
                 continue;
@@ -142,7 +143,11 @@ fn sort(
         Axis::Column => (&mut crossings.on_columns, spare_columns),
     };
     spare.resize(on, lines.family(axis).tracks.len());
-    on.iter_mut().for_each(Vec::clear);
+    let most = lines.family(axis.other()).tracks.len();
+    for track in &mut *on {
+        track.clear();
+        track.reserve(most); // it may have been a shorter line in the frame before
+    }
     for (k, crossing) in all.iter().enumerate() {
         on[crossing.arms(axis).track].push(k);
     }

@@ -30,12 +30,13 @@ pub struct GainFilter {
 
 /// The colours that a line may have.
 #[derive(Debug, Clone)]
-enum LineColours {
-    /// Colours of whole channels, as grids mostly have: bit k is set when there is one of the channels that the bits of
-    /// k name.
-    Whole(u8),
-    /// Linear responses of the colours and their squares, and how many there are.
-    Any([[[f32; 3]; 2]; MAX_COLOURS], usize),
+struct LineColours {
+    /// Linear responses of the colours, and their squares.
+    all: [[[f32; 3]; 2]; MAX_COLOURS],
+    count: usize,
+    /// When all are colours of whole channels, as in most grids: bit k is set when there is one of the channels that
+    /// the bits of k name.
+    whole: Option<u8>,
 }
 
 impl LineColours {
@@ -47,18 +48,19 @@ impl LineColours {
             let bits = (0..3).map(|c| u8::from(colour[c] == 1.0) << c);
             whole.then(|| 1 << bits.sum::<u8>())
         };
-        let sets = colours
+        let sets: Option<u8> = colours
             .iter()
             .try_fold(0, |sets, c| Some(sets | channels(c)?));
-        // black has no gain
-        if let Some(sets) = sets.filter(|sets| sets & 1 == 0) {
-            return Self::Whole(sets);
-        }
-        let mut any = [[[0.0; 3]; 2]; MAX_COLOURS];
-        for (place, &colour) in any.iter_mut().zip(colours) {
+        let mut all = [[[0.0; 3]; 2]; MAX_COLOURS];
+        for (place, &colour) in all.iter_mut().zip(colours) {
             *place = [colour, colour.map(|v| v * v)];
         }
-        Self::Any(any, colours.len().min(MAX_COLOURS))
+        Self {
+            all,
+            count: colours.len().min(MAX_COLOURS),
+            // black has no gain
+            whole: sets.filter(|sets| sets & 1 == 0),
+        }
     }
 }
 
@@ -167,13 +169,12 @@ impl GainFilter {
             signal: simd.splat_f32s(-1.0),
             power: simd.splat_f32s(0.0),
         };
-        match &self.colours {
-            LineColours::Whole(sets) => best.of_whole(simd, signals, powers, (*sets, shrink)),
-            LineColours::Any(colours, count) => {
-                for &[colour, squares] in &colours[..*count] {
-                    let power = simd.add_f32s(weighted(simd, powers, squares), shrink);
-                    best.take(simd, weighted(simd, signals, colour), power);
-                }
+        if let Some(sets) = self.colours.whole {
+            best.of_whole(simd, signals, powers, (sets, shrink));
+        } else {
+            for &[colour, squares] in &self.colours.all[..self.colours.count] {
+                let power = simd.add_f32s(weighted(simd, powers, squares), shrink);
+                best.take(simd, weighted(simd, signals, colour), power);
             }
         }
         let Best {
@@ -201,8 +202,8 @@ impl<V: Copy> Best<V> {
     fn take<S: Simd<f32s = V>>(&mut self, simd: S, signal: V, power: V) {
         let gains = simd.mul_f32s(signal, self.power);
         let better = simd.greater_than_f32s(gains, simd.mul_f32s(self.signal, power));
-        self.signal = simd.select_f32s(better, signal, self.signal);
-        self.power = simd.select_f32s(better, power, self.power);
+        self.signal = select(simd, better, signal, self.signal);
+        self.power = select(simd, better, power, self.power);
     }
 
     /// The best of the colours of whole channels, which need no multiplications.
@@ -258,6 +259,13 @@ impl<V: Copy> Best<V> {
             );
         }
     }
+}
+
+/// As pulp's own, which is not always inlined and then not compiled for wide registers.
+#[inline(always)]
+fn select<S: Simd>(simd: S, mask: S::m32s, if_true: S::f32s, if_false: S::f32s) -> S::f32s {
+    let (if_true, if_false) = (pulp::cast(if_true), pulp::cast(if_false));
+    pulp::cast(simd.select_u32s(mask, if_true, if_false))
 }
 
 #[inline(always)]

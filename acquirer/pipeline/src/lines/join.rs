@@ -65,8 +65,7 @@ pub(super) fn join(
     let firsts = (0..pieces.len()).filter(|&k| !buffers.has_previous[k]);
     spare.resize(tracks, firsts.clone().count());
     for (track, first) in tracks.iter_mut().zip(firsts) {
-        let piece = pieces.track(first);
-        track.copy_from(piece, piece.across.len());
+        track.copy_from(pieces.track(first));
         let mut at = first;
         while let Some(after) = buffers.next[at] {
             append(track, pieces.track(after), skip);

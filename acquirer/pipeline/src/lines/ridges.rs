@@ -68,10 +68,11 @@ pub(super) fn find_ridges(
         Axis::Row => (height + 1).div_ceil(STRIP),
         Axis::Column => along.div_ceil(STRIP),
     };
-    ridges.strips.resize_with(strips, Strip::default);
-    let strips = ridges.strips.par_iter_mut().enumerate();
+    let most = strips.max(ridges.strips.len()); // the other family may need more of them
+    ridges.strips.resize_with(most, Strip::default);
+    ridges.strips.iter_mut().for_each(|s| s.found.clear());
+    let strips = ridges.strips[..strips].par_iter_mut().enumerate();
     strips.for_each(|(k, strip)| {
-        strip.found.clear();
         if width >= 3 && height >= 3 && along > 0 {
             wide(StripPass {
                 pass: &pass,
@@ -124,6 +125,8 @@ struct Pass<'a> {
     boxes: Boxes,
     along: AlongKernel,
     limit: RidgeLimit,
+    /// A ridge of this strength is strong whatever the noise there.
+    enough: f32,
     /// Smallest fall of the raw derivative that may be a ridge.
     least_fall: f32,
     strength_per_fall: f32,
@@ -144,6 +147,7 @@ impl<'a> Pass<'a> {
             boxes,
             along,
             limit,
+            enough: limit.always_enough(),
             least_fall: WEAK_SHARE * limit.least / strength_per_fall,
             strength_per_fall,
             beside: BESIDE_WIDTHS.map(|widths| (widths * width).round() as usize),
@@ -181,7 +185,7 @@ impl<'a> Pass<'a> {
             each_marked(marks, |at| {
                 if self.stands_alone(at, width, |k| smooth[pad + k]) {
                     let across = self.position(at, spare[at], spare[at + 1]);
-                    let power = power[(across as usize).min(width - 1)];
+                    let power = || power[(across as usize).min(width - 1)];
                     let ridge = self.ridge(across, spare[at] - spare[at + 1], power);
                     found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                 }
@@ -197,8 +201,8 @@ impl<'a> Pass<'a> {
         let (pad, side, reach) = (self.boxes.pad(), self.boxes.side, self.boxes.reach());
         let rows = gain.height() + 2 * pad - reach - 1;
         let count = rows.saturating_sub(first).min(STRIP);
-        // rows above and below those of the derivatives, for what lies beside a ridge
-        let margin = (self.beside[1] + 1).saturating_sub(reach / 2);
+        // rows above and below those of the derivatives, for what lies beside a ridge and for the last step down
+        let margin = (self.beside[1] + 1).saturating_sub(reach / 2).max(1);
         let rows = count + 1 + reach + 2 * margin;
         let Strip {
             smooth,
@@ -228,8 +232,10 @@ impl<'a> Pass<'a> {
                         let (before, after) = (upper[column], lower[column]);
                         let across = self.position(first + k, before, after);
                         let sample = block + column;
-                        let power = self.image.power.row(across as usize);
-                        let power = power[self.along.middle(sample)];
+                        let power = || {
+                            let row = self.image.power.row(across as usize);
+                            row[self.along.middle(sample)]
+                        };
                         let ridge = self.ridge(across, before - after, power);
                         found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                     }
@@ -272,14 +278,22 @@ impl<'a> Pass<'a> {
         })
     }
 
+    /// The ridge of a fall if it is strong enough for the `power` there, which seldom has to be looked at.
     #[inline(always)]
-    fn ridge(&self, across: f32, fall: f32, power: f32) -> Option<Ridge> {
+    fn ridge(&self, across: f32, fall: f32, power: impl Fn() -> f32) -> Option<Ridge> {
         let strength = self.strength_per_fall * fall;
-        let noise = self.limit.above_noise(power);
-        (strength > WEAK_SHARE * noise).then(|| Ridge {
+        let (kept, strong) = if strength > self.enough {
+            (true, true)
+        } else {
+            let power = power();
+            let noise = self.limit.above_noise(power);
+            let strong = strength > self.limit.strength(power);
+            (strength > WEAK_SHARE * noise, strong)
+        };
+        kept.then_some(Ridge {
             across: across * self.image.bin as f32,
             strength,
-            strong: strength > self.limit.strength(power),
+            strong,
         })
     }
 }

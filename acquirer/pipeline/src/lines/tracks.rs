@@ -16,13 +16,17 @@ pub struct Track {
 }
 
 impl Track {
-    /// Becomes the beginning of another one, in its own memory.
-    pub(super) fn copy_from(&mut self, other: &Self, samples: usize) {
+    /// Becomes another one, with room for as many samples as that has.
+    pub(super) fn copy_from(&mut self, other: &Self) {
         (self.start, self.spacing_px) = (other.start, other.spacing_px);
-        self.across.clear();
-        self.across.extend_from_slice(&other.across[..samples]);
-        self.strength.clear();
-        self.strength.extend_from_slice(&other.strength[..samples]);
+        for (list, others) in [
+            (&mut self.across, &other.across),
+            (&mut self.strength, &other.strength),
+        ] {
+            list.clear();
+            list.reserve(others.capacity());
+            list.extend_from_slice(others);
+        }
     }
 
     /// One past the last sample.
@@ -112,6 +116,8 @@ struct Growing {
     strong: usize,
     slope: f32,
     recent: Recent,
+    /// Number of its last ridge among those of its sample.
+    place: usize,
 }
 
 /// Sums over the last points of a track, for their least-squares slope.
@@ -154,13 +160,18 @@ impl Recent {
 }
 
 impl Growing {
-    fn begin(&mut self, start: usize, spacing_px: f64, ridge: &Ridge) {
+    /// Begins anew at a ridge; no line has more than so many samples.
+    fn begin(&mut self, start: usize, ridge: &Ridge, (spacing_px, most): (f64, usize)) {
         let track = &mut self.track;
         (track.start, track.spacing_px) = (start, spacing_px);
-        track.across.clear();
-        track.across.push(ridge.across);
-        track.strength.clear();
-        track.strength.push(ridge.strength);
+        for (list, value) in [
+            (&mut track.across, ridge.across),
+            (&mut track.strength, ridge.strength),
+        ] {
+            list.clear();
+            list.reserve(most); // it may have been a shorter line in the frame before
+            list.push(value);
+        }
         (self.strong, self.slope) = (1, 0.0);
         self.recent = Recent::default();
         self.recent.push(&[ridge.across]);
@@ -236,11 +247,12 @@ impl Followed {
         &self.begun[self.done[k]].track
     }
 
-    fn begin(&mut self, along: usize, spacing_px: f64, ridge: &Ridge) {
+    fn begin(&mut self, along: usize, (place, ridge): (usize, &Ridge), size: (f64, usize)) {
         if self.count == self.begun.len() {
             self.begun.push(Growing::default());
         }
-        self.begun[self.count].begin(along, spacing_px, ridge);
+        self.begun[self.count].place = place;
+        self.begun[self.count].begin(along, ridge, size);
         self.growing.push(self.count);
         self.count += 1;
     }
@@ -268,7 +280,7 @@ impl Followed {
             self.grow(row, along, gate);
             for (k, ridge) in row.iter().enumerate() {
                 if ridge.strong && !self.ridge_taken[k] {
-                    self.begin(along, spacing_px, ridge);
+                    self.begin(along, (k, ridge), (spacing_px, ridges.len()));
                 }
             }
         }
@@ -320,7 +332,9 @@ impl Followed {
         for &(_, track, ridge) in &*pairs {
             if !track_taken[track] && !ridge_taken[ridge] {
                 (track_taken[track], ridge_taken[ridge]) = (true, true);
-                begun[growing[track]].push(along, &row[ridge]);
+                let track = &mut begun[growing[track]];
+                track.push(along, &row[ridge]);
+                track.place = ridge;
             }
         }
     }
@@ -335,7 +349,7 @@ impl Followed {
             let reach = gate.px + GATE_PER_PX * (way_px - 1.0);
             let across = &growing.track.across;
             let last = across[across.len() - 1];
-            let first = row.partition_point(|ridge| ridge.across < predicted - reach);
+            let first = first_from(row, predicted - reach, growing.place);
             for (r, ridge) in row.iter().enumerate().skip(first) {
                 if ridge.across > predicted + reach {
                     break;
@@ -357,6 +371,18 @@ struct Gate {
     /// In the next pixel.
     px: f32,
     spacing_px: f32,
+}
+
+/// Number of the first ridge from a position on; it is looked for from `near` on.
+fn first_from(row: &[Ridge], across: f32, near: usize) -> usize {
+    let mut first = near.min(row.len());
+    while first > 0 && row[first - 1].across >= across {
+        first -= 1;
+    }
+    while first < row.len() && row[first].across < across {
+        first += 1;
+    }
+    first
 }
 
 /// Whether two pairs share a track or a ridge; pairs come track by track. `seen` has a place for each ridge.

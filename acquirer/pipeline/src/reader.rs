@@ -4,6 +4,8 @@
 //! and evidence stay in the same memory from frame to frame. The same frames give the same grids, bit for bit,
 //! on any number of threads.
 
+mod products;
+
 use image::RgbImage;
 use shared::{
     geometry::RigCalibration,
@@ -14,6 +16,7 @@ use super::{
     PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes,
     colours::{ColourBuffers, ColouredLines, Colours, find_colours, nominal_response},
     crossings::{CrossingBuffers, Crossings, find_crossings},
+    densify::KnownPlaces,
     gain::{GainBuffers, GainFilter, GainImage, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
     line_light::LineLight,
@@ -140,6 +143,11 @@ impl Reader {
             grid: DecodedGrid::default(),
             pictures: Vec::new(),
         })
+    }
+
+    /// Tells what is known of the places on the projector, from now on.
+    pub(super) fn expect_places(&mut self, known: KnownPlaces) {
+        self.decoding.expect_places(known);
     }
 
     /// Reads one frame of the coded grid.

@@ -198,7 +198,7 @@ impl Look {
     /// `own`, a look of the same thing that has none of the first one's.
     ///
     /// The light of each foreign look adds its share of the way to that look; the shares are fitted to all values of a
-    /// band by their noise, and what counts is the first one's with [`EXCLUDED_SIGMA`] standard deviations on top. Bands
+    /// band by their noise, and what counts is the first one's with four standard deviations on top. Bands
     /// in which nobody could see even all of it are left out.
     #[must_use]
     pub fn most_foreign(&self, own: &Self, foreign: &[&Self], noise: LookNoise) -> f32 {

@@ -2,7 +2,7 @@
 //! drawn without a display.
 
 use std::{
-    thread,
+    process, thread,
     time::{Duration, Instant},
 };
 
@@ -78,6 +78,17 @@ impl Twin {
     }
 }
 
+/// Moves and clicks the mouse, or asks for windows: the arguments of `xdotool`, separated by blanks.
+fn xdotool(display: &Display, arguments: &str) {
+    let output = process::Command::new("xdotool")
+        .args(arguments.split_whitespace())
+        .envs(display.environment())
+        .output()
+        .expect("xdotool: apt-get install -y --no-install-recommends xdotool");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "xdotool {arguments}: {said}");
+}
+
 /// A projector in a small window, the operator's window beside it.
 struct Rig {
     display: Display,
@@ -89,9 +100,10 @@ impl Rig {
     fn start() -> Self {
         let display = Display::start(DESKTOP);
         let projector = Projector::start("--windowed 320x240 --operator", &display.environment());
-        display.xdotool(&format!(
-            "search --sync --name ^{TITLE_PATTERN}$ windowmove --sync 340 10"
-        ));
+        xdotool(
+            &display,
+            &format!("search --sync --name ^{TITLE_PATTERN}$ windowmove --sync 340 10"),
+        );
         let watcher = projector.watcher();
         Self {
             display,
@@ -109,9 +121,10 @@ impl Rig {
     fn click(&self, place: egui::Rect) {
         let at = place.center();
         let (x, y) = (at.x.round(), at.y.round());
-        self.display.xdotool(&format!(
-            "search --name ^{TITLE_PATTERN}$ mousemove --window %1 {x} {y} click 1"
-        ));
+        xdotool(
+            &self.display,
+            &format!("search --name ^{TITLE_PATTERN}$ mousemove --window %1 {x} {y} click 1"),
+        );
     }
 
     /// Waits until a part of the operator's window has a pixel of this colour.

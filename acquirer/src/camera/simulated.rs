@@ -4,8 +4,8 @@
 //! of that room. It learns what is projected from the projector's own notices, over a watcher's
 //! connection of its own, so the real protocol and the real programs are used; light follows a
 //! notice after the scene's display latency, and frames come at the camera's rate whatever is asked
-//! of it, torn or mixed where the picture changed during the exposure. A machine too slow for the
-//! rate loses frames, as a bus does.
+//! of it, torn or mixed where the picture changed during the exposure. The scene's
+//! `[faults]` are this camera's and this projector's. Frames that a slow machine cannot take in time count as overtaken.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,12 +14,12 @@ use std::time::Duration;
 
 use image::RgbImage;
 use shared::protocol::{Role, Shown};
-use shared::simulation::{Room, Scene, Timeline};
+use shared::simulation::{Automatics, Room, Scene, Timeline};
 use shared::stage::Stage;
 
 use super::latest::{Condition, Latest, Nothing};
 use super::scenes::load_scene;
-use super::{Camera, CameraError, CaptureFormat, Frame, Losses, PixelFormat, Rate};
+use super::{Camera, CameraError, CaptureFormat, Frame, Held, Losses, PixelFormat, Rate};
 use crate::clock::monotonic_now;
 use crate::projector_link::{LinkError, LinkSettings, Notice, ProjectorLink};
 use crate::scan::Shows;
@@ -40,7 +40,12 @@ struct Taken {
 struct Shared {
     latest: Latest<Taken>,
     stop: AtomicBool,
+    /// Raised to leave the automatics where they are.
+    hold: AtomicBool,
+    /// Frames that the machine was too slow to take.
     skipped: AtomicU64,
+    /// Frames that the scene's camera lost.
+    lost: AtomicU64,
     room: Mutex<Arc<Room>>,
 }
 
@@ -88,7 +93,9 @@ impl SimulatedCamera {
         let shared = Arc::new(Shared {
             latest: Latest::new(),
             stop: AtomicBool::new(false),
+            hold: AtomicBool::new(false),
             skipped: AtomicU64::new(0),
+            lost: AtomicU64::new(0),
             room: Mutex::new(Arc::clone(&room)),
         });
         let thread = std::thread::Builder::new()
@@ -160,11 +167,11 @@ impl Camera for SimulatedCamera {
     }
 
     fn losses(&self) -> Losses {
-        let by_driver = self.shared.skipped.load(Ordering::Relaxed);
+        let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Losses {
-            by_driver,
+            by_driver: count(&self.shared.lost),
             damaged: 0,
-            overtaken: self.shared.latest.overtaken(),
+            overtaken: self.shared.latest.overtaken() + count(&self.shared.skipped),
         }
     }
 
@@ -194,6 +201,19 @@ impl Camera for SimulatedCamera {
             captured_at: taken.captured_at,
             dropped,
         })
+    }
+
+    fn hold_automatics(&mut self) -> Result<Vec<Held>, CameraError> {
+        if !Automatics::new(&self.scene).are_on() {
+            return Ok(vec![]);
+        }
+        let obeys = self.scene.automatics_obey();
+        self.shared.hold.store(obeys, Ordering::Relaxed);
+        let refused = (!obeys).then(|| "the camera does not let it".to_owned());
+        Ok(vec![Held {
+            name: "exposure and white balance",
+            refused,
+        }])
     }
 
     fn expect(&mut self, _shows: Shows, stage: Stage) {
@@ -232,6 +252,8 @@ struct Exposing {
     period: Duration,
     exposure: Duration,
     readout: Duration,
+    automatics: Automatics,
+    scene: Scene,
     /// When to try to reach a lost projector again.
     reconnect_at: Option<Duration>,
 }
@@ -240,9 +262,11 @@ impl Exposing {
     fn new(scene: &Scene, link: ProjectorLink) -> Self {
         let mut exposing = Self {
             timeline: Timeline::new(scene),
-            period: scene.frame_period(),
+            period: scene.delivered_period(),
             exposure: scene.exposure(),
             readout: scene.readout(),
+            automatics: Automatics::new(scene),
+            scene: scene.clone(),
             reconnect_at: None,
             link,
         };
@@ -263,15 +287,26 @@ impl Exposing {
         while !shared.stop.load(Ordering::Relaxed) {
             let start = begin + self.period.mul_f64(number as f64);
             self.follow_projector_until(start + self.exposure + self.readout);
-            let picture = shared.room().render_at(&self.timeline, start, number);
+            let picture =
+                shared
+                    .room()
+                    .render_with(&self.timeline, start, number, &self.automatics);
+            if shared.hold.load(Ordering::Relaxed) {
+                self.automatics.hold();
+            }
+            self.automatics.follow(&picture, self.period);
             // As with a webcam, the stamp is the begin of the read-out: the end of the first row's
             // exposure.
             let captured_at = start + self.exposure.min(self.period);
-            shared.latest.put(Taken {
-                picture,
-                number,
-                captured_at,
-            });
+            if self.scene.loses(number) {
+                shared.lost.fetch_add(1, Ordering::Relaxed);
+            } else {
+                shared.latest.put(Taken {
+                    picture,
+                    number,
+                    captured_at,
+                });
+            }
             self.timeline.forget_before(start.saturating_sub(MEMORY));
             let due = (monotonic_now().saturating_sub(begin).as_secs_f64()
                 / self.period.as_secs_f64()) as u64;

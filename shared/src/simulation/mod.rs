@@ -21,11 +21,17 @@ mod solid;
 
 mod light;
 
+mod flicker;
+
+mod scaler;
+
 mod timeline;
 
 mod space;
 
 mod room;
+
+mod automatics;
 
 mod sensor;
 
@@ -33,6 +39,7 @@ mod truth;
 
 mod line_truth;
 
+pub use automatics::Automatics;
 pub use light::ProjectedLight;
 pub use line_truth::LineSample;
 pub use room::Room;

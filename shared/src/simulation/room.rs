@@ -13,6 +13,8 @@ use nalgebra::Vector4;
 use rayon::prelude::*;
 
 use super::{
+    automatics::Automatics,
+    flicker::Lamp,
     light::{Place, ProjectedLight},
     scene::Scene,
     sensor::Sensor,
@@ -38,9 +40,18 @@ pub struct Room {
     sensor: Sensor,
     exposure: Duration,
     readout: Duration,
+    lamp: Lamp,
     pixels: Vec<Pixel>,
     /// Pixels in a row.
     width: usize,
+}
+
+/// The light on a row of the camera during its exposure.
+struct RowLight<'a> {
+    /// Ambient light as a share of its mean.
+    ambient: f32,
+    /// Projector pictures, and the share of the time that each of their colours was on.
+    projected: Vec<(&'a ProjectedLight, [f32; 3])>,
 }
 
 /// The light that a camera pixel gathers, apart from what the projector shows.
@@ -66,6 +77,7 @@ impl Room {
             sensor: Sensor::new(&scene.camera, scene.random()),
             exposure: scene.exposure(),
             readout: scene.readout(),
+            lamp: Lamp::new(&scene.faults),
             pixels: Vec::new(),
             width: scene.camera.width as usize,
         };
@@ -82,7 +94,12 @@ impl Room {
     /// The same light and frame number give the same bytes.
     #[must_use]
     pub fn render(&self, light: &ProjectedLight, frame_number: u64) -> RgbImage {
-        self.frame(|_| vec![(light, 1.0)], frame_number)
+        let steady = |_| RowLight {
+            ambient: 1.0,
+            projected: vec![(light, [1.0; 3])],
+        };
+        let signal = self.signal(steady);
+        self.sensor.expose(signal, frame_number, [1.0; 3])
     }
 
     /// The frame whose exposure began at a time of the timeline.
@@ -96,12 +113,26 @@ impl Room {
         exposure_start: Duration,
         frame_number: u64,
     ) -> RgbImage {
-        let rows = (self.pixels.len() / self.width) as f64;
-        let lights = |row: usize| {
-            let start = exposure_start.saturating_add(self.readout.mul_f64(row as f64 / rows));
-            timeline.between(start, start.saturating_add(self.exposure))
-        };
-        self.frame(lights, frame_number)
+        let signal = self.signal_at(timeline, exposure_start);
+        self.sensor.expose(signal, frame_number, [1.0; 3])
+    }
+
+    /// As [`Room::render_at`], with a camera whose automatics have come to some gains.
+    #[must_use]
+    pub fn render_with(
+        &self,
+        timeline: &Timeline,
+        exposure_start: Duration,
+        frame_number: u64,
+        automatics: &Automatics,
+    ) -> RgbImage {
+        let mut signal = self.signal_at(timeline, exposure_start);
+        let gain = automatics.exposure();
+        signal.par_iter_mut().for_each(|pixel| {
+            *pixel = pixel.map(|light| light * gain);
+        });
+        self.sensor
+            .expose(signal, frame_number, automatics.white_balance())
     }
 
     /// The geometry of the room.
@@ -122,22 +153,33 @@ impl Room {
         self.space.projector_at(at)
     }
 
-    fn frame<'a>(
-        &self,
-        lights: impl Fn(usize) -> Vec<(&'a ProjectedLight, f32)> + Sync,
-        frame_number: u64,
-    ) -> RgbImage {
+    /// The light that each pixel gathers in an exposure.
+    fn signal_at(&self, timeline: &Timeline, exposure_start: Duration) -> Vec<[f32; 3]> {
+        let rows = (self.pixels.len() / self.width) as f64;
+        self.signal(|row| {
+            let start = exposure_start.saturating_add(self.readout.mul_f64(row as f64 / rows));
+            let end = start.saturating_add(self.exposure);
+            RowLight {
+                ambient: self.lamp.mean(start, end),
+                projected: timeline.between(start, end),
+            }
+        })
+    }
+
+    fn signal<'a>(&self, lights: impl Fn(usize) -> RowLight<'a> + Sync) -> Vec<[f32; 3]> {
         let mut signal = vec![[0.0_f32; 3]; self.pixels.len()];
         let rows = signal
             .par_chunks_mut(self.width)
             .zip(self.pixels.par_chunks(self.width));
         rows.enumerate().for_each(|(row, (signal, pixels))| {
+            let RowLight { ambient, projected } = lights(row);
             for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                *signal = pixel.ambient;
+                *signal = pixel.ambient.map(|light| light * ambient);
             }
-            for (light, share) in lights(row) {
+            for (light, [r, g, b]) in projected {
+                let share = Vector4::new(r, g, b, 0.0);
                 for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                    let gathered = pixel.gather(light) * share;
+                    let gathered = pixel.gather(light).component_mul(&share);
                     signal
                         .iter_mut()
                         .zip(gathered.iter())
@@ -145,7 +187,7 @@ impl Room {
                 }
             }
         });
-        self.sensor.expose(signal, frame_number)
+        signal
     }
 
     fn pixel(&self, scene: &Scene, index: usize) -> Pixel {

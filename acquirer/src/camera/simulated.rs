@@ -14,12 +14,12 @@ use std::time::Duration;
 
 use image::RgbImage;
 use shared::protocol::{Role, Shown};
-use shared::simulation::{Automatics, Room, Scene, Timeline};
+use shared::simulation::{Room, Scene, Timeline};
 use shared::stage::Stage;
 
 use super::latest::{Condition, Latest, Nothing};
 use super::scenes::load_scene;
-use super::{Camera, CameraError, CaptureFormat, Frame, Held, Losses, PixelFormat, Rate};
+use super::{Camera, CameraError, CaptureFormat, Frame, Losses, PixelFormat, Rate};
 use crate::clock::monotonic_now;
 use crate::projector_link::{LinkError, LinkSettings, Notice, ProjectorLink};
 use crate::scan::Shows;
@@ -40,8 +40,6 @@ struct Taken {
 struct Shared {
     latest: Latest<Taken>,
     stop: AtomicBool,
-    /// Raised to leave the automatics where they are.
-    hold: AtomicBool,
     /// Frames that the machine was too slow to take.
     skipped: AtomicU64,
     /// Frames that the scene's camera lost.
@@ -93,7 +91,6 @@ impl SimulatedCamera {
         let shared = Arc::new(Shared {
             latest: Latest::new(),
             stop: AtomicBool::new(false),
-            hold: AtomicBool::new(false),
             skipped: AtomicU64::new(0),
             lost: AtomicU64::new(0),
             room: Mutex::new(Arc::clone(&room)),
@@ -203,19 +200,6 @@ impl Camera for SimulatedCamera {
         })
     }
 
-    fn hold_automatics(&mut self) -> Result<Vec<Held>, CameraError> {
-        if !Automatics::new(&self.scene).are_on() {
-            return Ok(vec![]);
-        }
-        let obeys = self.scene.automatics_obey();
-        self.shared.hold.store(obeys, Ordering::Relaxed);
-        let refused = (!obeys).then(|| "the camera does not let it".to_owned());
-        Ok(vec![Held {
-            name: "exposure and white balance",
-            refused,
-        }])
-    }
-
     fn expect(&mut self, _shows: Shows, stage: Stage) {
         self.set_stage(stage);
     }
@@ -252,7 +236,6 @@ struct Exposing {
     period: Duration,
     exposure: Duration,
     readout: Duration,
-    automatics: Automatics,
     scene: Scene,
     /// When to try to reach a lost projector again.
     reconnect_at: Option<Duration>,
@@ -265,7 +248,6 @@ impl Exposing {
             period: scene.delivered_period(),
             exposure: scene.exposure(),
             readout: scene.readout(),
-            automatics: Automatics::new(scene),
             scene: scene.clone(),
             reconnect_at: None,
             link,
@@ -287,14 +269,7 @@ impl Exposing {
         while !shared.stop.load(Ordering::Relaxed) {
             let start = begin + self.period.mul_f64(number as f64);
             self.follow_projector_until(start + self.exposure + self.readout);
-            let picture =
-                shared
-                    .room()
-                    .render_with(&self.timeline, start, number, &self.automatics);
-            if shared.hold.load(Ordering::Relaxed) {
-                self.automatics.hold();
-            }
-            self.automatics.follow(&picture, self.period);
+            let picture = shared.room().render_at(&self.timeline, start, number);
             // As with a webcam, the stamp is the begin of the read-out: the end of the first row's
             // exposure.
             let captured_at = start + self.exposure.min(self.period);

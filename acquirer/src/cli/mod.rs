@@ -8,6 +8,7 @@ pub mod cameras;
 mod colours;
 mod console;
 mod demo;
+mod doctor;
 mod draw;
 mod live;
 mod process;
@@ -52,6 +53,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
         Some(Command::Cameras(args)) => list_cameras(&args),
         Some(Command::Colours(args)) => colours::run(&args, cancel),
         Some(Command::Scan(args)) => scan::run(&args, cancel),
+        Some(Command::Doctor(args)) => doctor::run(&args, cancel),
         Some(Command::Live(args)) => live::run(&args, cancel),
         Some(Command::Process(args)) => process::run(&args),
         Some(Command::Demo(args)) => demo::run(&args, cancel),

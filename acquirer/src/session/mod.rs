@@ -5,6 +5,7 @@
 //! command line.
 
 mod colours;
+mod doctor;
 mod latency;
 mod live;
 mod new_scan;
@@ -15,6 +16,7 @@ mod sequence;
 pub mod tagging;
 
 pub use colours::{ColourTrialResult, apply_selection, try_colours};
+pub use doctor::{Diagnosis, DoctorSettings, Examination, Finding, Measured, State, examine};
 pub use latency::{Latency, LatencySettings, measure_latency};
 pub use live::{LiveFrame, LiveMode, LiveSettings, OnFrame, read_live};
 pub use new_scan::{NewScan, grid_warnings, projected};

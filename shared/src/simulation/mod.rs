@@ -31,15 +31,12 @@ mod space;
 
 mod room;
 
-mod automatics;
-
 mod sensor;
 
 mod truth;
 
 mod line_truth;
 
-pub use automatics::Automatics;
 pub use light::ProjectedLight;
 pub use line_truth::LineSample;
 pub use room::Room;

@@ -13,7 +13,6 @@ use nalgebra::Vector4;
 use rayon::prelude::*;
 
 use super::{
-    automatics::Automatics,
     flicker::Lamp,
     light::{Place, ProjectedLight},
     scene::Scene,
@@ -99,7 +98,7 @@ impl Room {
             projected: vec![(light, [1.0; 3])],
         };
         let signal = self.signal(steady);
-        self.sensor.expose(signal, frame_number, [1.0; 3])
+        self.sensor.expose(signal, frame_number)
     }
 
     /// The frame whose exposure began at a time of the timeline.
@@ -114,25 +113,7 @@ impl Room {
         frame_number: u64,
     ) -> RgbImage {
         let signal = self.signal_at(timeline, exposure_start);
-        self.sensor.expose(signal, frame_number, [1.0; 3])
-    }
-
-    /// As [`Room::render_at`], with a camera whose automatics have come to some gains.
-    #[must_use]
-    pub fn render_with(
-        &self,
-        timeline: &Timeline,
-        exposure_start: Duration,
-        frame_number: u64,
-        automatics: &Automatics,
-    ) -> RgbImage {
-        let mut signal = self.signal_at(timeline, exposure_start);
-        let gain = automatics.exposure();
-        signal.par_iter_mut().for_each(|pixel| {
-            *pixel = pixel.map(|light| light * gain);
-        });
-        self.sensor
-            .expose(signal, frame_number, automatics.white_balance())
+        self.sensor.expose(signal, frame_number)
     }
 
     /// The geometry of the room.

@@ -4,9 +4,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use super::{
-    flicker::ColourWheel, light::ProjectedLight, random::Random, scene::Scene,
-};
+use super::{flicker::ColourWheel, light::ProjectedLight, random::Random, scene::Scene};
 use crate::pattern::{Raster, Rgb};
 
 /// The pictures of a projector in the order in which they were sent to it.

@@ -21,11 +21,6 @@ pub(in crate::simulation) struct FaultsTable {
     pub(in crate::simulation) keystone: f64,
     pub(in crate::simulation) other_output: Option<Rgb>,
     #[serde(deserialize_with = "checked::non_negative")]
-    pub(in crate::simulation) auto_exposure_s: f64,
-    #[serde(deserialize_with = "checked::non_negative")]
-    pub(in crate::simulation) auto_white_balance_s: f64,
-    pub(in crate::simulation) automatics_obey: bool,
-    #[serde(deserialize_with = "checked::non_negative")]
     pub(in crate::simulation) delivered_rate_hz: f64,
     #[serde(deserialize_with = "checked::fraction")]
     pub(in crate::simulation) lost_share: f64,
@@ -40,9 +35,6 @@ impl Default for FaultsTable {
             picture_scale: [1.0, 1.0],
             keystone: 0.0,
             other_output: None,
-            auto_exposure_s: 0.0,
-            auto_white_balance_s: 0.0,
-            automatics_obey: false,
             delivered_rate_hz: 0.0,
             lost_share: 0.0,
         }

@@ -109,12 +109,6 @@ impl Scene {
         self.random().part(LOSSES).uniform(frame_number) < self.faults.lost_share
     }
 
-    /// Whether the camera's automatics can be switched off from outside.
-    #[must_use]
-    pub fn automatics_obey(&self) -> bool {
-        self.faults.automatics_obey
-    }
-
     /// How long each row of the camera gathers light.
     #[must_use]
     pub fn exposure(&self) -> Duration {

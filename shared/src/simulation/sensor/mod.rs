@@ -83,14 +83,7 @@ impl Sensor {
     }
 
     /// The frame that the sensor makes of light; `signal` holds one entry per pixel.
-    ///
-    /// `gains` multiply the white balance.
-    pub(super) fn expose(
-        &self,
-        mut signal: Vec<[f32; 3]>,
-        frame_number: u64,
-        gains: [f32; 3],
-    ) -> RgbImage {
+    pub(super) fn expose(&self, mut signal: Vec<[f32; 3]>, frame_number: u64) -> RgbImage {
         if self.blur_weights.len() > 1 {
             signal = self.blur(&signal);
         }
@@ -101,7 +94,7 @@ impl Sensor {
         } else {
             self.expose_all_colours(&mut signal, random);
         }
-        self.compress(self.develop(&signal, gains))
+        self.compress(self.develop(&signal))
     }
 
     /// One exposed, noisy colour per pixel.
@@ -148,8 +141,7 @@ impl Sensor {
         (exposed + noise * self.noise.deviation(exposed)).min(1.0)
     }
 
-    fn develop(&self, signal: &[[f32; 3]], gains: [f32; 3]) -> Vec<u8> {
-        let balance: [f32; 3] = std::array::from_fn(|c| self.white_balance[c] * gains[c]);
+    fn develop(&self, signal: &[[f32; 3]]) -> Vec<u8> {
         let mut bytes = vec![0; 3 * signal.len()];
         let last = (TONE_STEPS - 1) as f32;
         let rows = bytes
@@ -158,7 +150,7 @@ impl Sensor {
         rows.for_each(|(bytes, signal)| {
             for (bytes, pixel) in bytes.chunks_exact_mut(3).zip(signal) {
                 for c in 0..3 {
-                    let level = (pixel[c] * balance[c]).clamp(0.0, 1.0);
+                    let level = (pixel[c] * self.white_balance[c]).clamp(0.0, 1.0);
                     bytes[c] = self.tone[(level * last + 0.5) as usize];
                 }
             }

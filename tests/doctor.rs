@@ -76,7 +76,11 @@ fn finds(scene: &str, changes: &[(&str, &str, &str)], (finding, words): (&str, &
 }
 
 fn expect(diagnosis: &Value, (finding, words): (&str, &[&str])) {
-    assert_eq!(diagnosis["bad"], serde_json::json!([finding]), "{diagnosis:#}");
+    assert_eq!(
+        diagnosis["bad"],
+        serde_json::json!([finding]),
+        "{diagnosis:#}"
+    );
     assert_eq!(diagnosis["well"], false);
     let findings = diagnosis["findings"].as_array().unwrap();
     let found = findings.iter().find(|found| found["name"] == finding);

@@ -24,6 +24,7 @@ pub struct Timeline {
 #[derive(Debug, Clone)]
 struct Shown {
     lit_from: Duration,
+    picture: Raster,
     light: ProjectedLight,
 }
 
@@ -53,9 +54,13 @@ impl Timeline {
             .back()
             .map_or(Duration::ZERO, |last| last.lit_from);
         let lit_from = at.saturating_add(delay).max(earliest);
+        // flashes come again and again, and a slow machine must keep up with them
+        let known = self.shown.iter().find(|shown| shown.picture == *picture);
+        let light = known.map_or_else(|| self.scene.project(picture), |shown| shown.light.clone());
         self.shown.push_back(Shown {
             lit_from,
-            light: self.scene.project(picture),
+            picture: picture.clone(),
+            light,
         });
     }
 

@@ -100,6 +100,12 @@ impl<'a> Bench<'a> {
         self.first.zip(self.last)
     }
 
+    /// Share of the frames so far that came while this program was busy with others.
+    pub(super) fn overtaken_share(&self) -> f64 {
+        let count = self.span().map_or(0, |(first, last)| last.0 - first.0);
+        (self.losses().overtaken as f64 / count.max(1) as f64).min(1.0)
+    }
+
     fn next_frame(&mut self) -> Result<Frame, SessionError> {
         if self.cancel.is_cancelled() {
             return Err(SessionError::Cancelled);

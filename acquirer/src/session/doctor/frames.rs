@@ -23,7 +23,7 @@ pub(super) fn examine(bench: &Bench) -> Finding {
             .at_most(100.0 * limits.lost_frames),
         Measured::new(
             "frames that came while this program was busy",
-            100.0 * losses.overtaken as f64 / count,
+            100.0 * bench.overtaken_share(),
             "%",
         ),
     ];

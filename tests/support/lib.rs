@@ -3,6 +3,7 @@
 pub mod frame_server;
 pub mod guest;
 pub mod measure;
+pub mod numbered;
 mod projector;
 mod truth;
 mod vertices;

@@ -30,6 +30,7 @@ use crate::{
   acquirer scan --out cup --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer live --camera /dev/video0 --json           read every frame, one line each
   acquirer process cup --method thesis                read a recorded scan again
+  acquirer check cup                                  whether a scan is still what was recorded
   acquirer --camera sim:cube                          the window, on a simulated room
 
 Exit codes: 0 done, 1 failed, 2 wrong use. RUST_LOG=info or debug tells more."
@@ -74,6 +75,8 @@ pub(super) enum Command {
     Live(LiveArgs),
     /// Read a recorded scan: labels, shifts, surface, pictures, report.
     Process(ProcessArgs),
+    /// Compare a scan and its results with their checksums: names what is damaged or missing.
+    Check(CheckArgs),
     /// Run the whole rig in a simulated room: projector program, colours, scan, results, report.
     Demo(DemoArgs),
     /// Draw a shift table (shifts.csv, or the tables of the thesis's Appendix C) as a 3-D view.
@@ -211,7 +214,8 @@ pub(super) struct ColoursArgs {
   acquirer scan --out cup --camera /dev/video0
   acquirer scan --out cup --camera /dev/video0 --pick-colours --calibration rig.json
   acquirer scan --out cube --camera sim:cube --json
-  acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'")]
+  acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'
+  acquirer scan --out cup --camera /dev/video0 --resume      after a crash or a power cut")]
 pub(super) struct ScanArgs {
     /// Which rig.
     #[command(flatten)]
@@ -219,6 +223,9 @@ pub(super) struct ScanArgs {
     /// Folder of the new scan.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Go on with the scan in that folder where it was interrupted: stages that are recorded stay, with their grid.
+    #[arg(long, conflicts_with = "pick_colours")]
+    pub resume: bool,
     /// Pick the colours on the scene first.
     #[arg(long)]
     pub pick_colours: bool,
@@ -307,6 +314,22 @@ pub(super) struct ProcessArgs {
     /// Settings.
     #[command(flatten)]
     pub config: ConfigArgs,
+}
+
+/// `acquirer check`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer check cup
+  acquirer check cup --json
+
+Exit code 1 when a file is damaged or missing.")]
+pub(super) struct CheckArgs {
+    /// Scan folder, with scan.json in it.
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `acquirer demo`.

@@ -5,6 +5,7 @@
 
 mod args;
 pub mod cameras;
+mod check;
 mod colours;
 mod console;
 mod demo;
@@ -56,6 +57,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
         Some(Command::Doctor(args)) => doctor::run(&args, cancel),
         Some(Command::Live(args)) => live::run(&args, cancel),
         Some(Command::Process(args)) => process::run(&args),
+        Some(Command::Check(args)) => check::run(&args),
         Some(Command::Demo(args)) => demo::run(&args, cancel),
         Some(Command::Draw(args)) => draw::run(&args),
     }

@@ -42,7 +42,12 @@ fn show_recorded_grid(projector: &ProjectorLink, dir: &Path) -> anyhow::Result<(
     let Ok(folder) = ScanFolder::open(dir) else {
         return Ok(());
     };
-    let GridSettings { coded, unary } = &folder.manifest().pattern;
+    show_grid(projector, &folder.manifest().pattern)
+}
+
+/// Gives the projector the grid that a scan was begun with.
+pub(super) fn show_grid(projector: &ProjectorLink, grid: &GridSettings) -> anyhow::Result<()> {
+    let GridSettings { coded, unary } = grid;
     projector.set_lines(coded.rows(), coded.columns())?;
     projector.set_widths(coded.width_px(Axis::Row), coded.width_px(Axis::Column))?;
     projector.set_colours(coded.colours(), *unary)?;

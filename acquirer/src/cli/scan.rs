@@ -9,14 +9,24 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use shared::{geometry::RigCalibration, pattern::Palette, stage::Stage};
+use shared::{
+    geometry::RigCalibration,
+    pattern::{Palette, RasterSize},
+    stage::Stage,
+};
 
-use super::{args::ScanArgs, colours, console::Console, process, rig::open_rig};
+use super::{
+    args::ScanArgs,
+    colours,
+    console::Console,
+    process,
+    rig::{open_rig, show_grid},
+};
 use crate::{
     camera::CameraSpec,
     config::Config,
     process::process_scan,
-    scan::ScanFolder,
+    scan::{ScanError, ScanFolder},
     session::{
         Cancel, NewScan, Rig, SessionError, grid_warnings, measure_latency, projected, record_stage,
     },
@@ -25,15 +35,18 @@ use crate::{
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let config = args.reading.config(&args.rig.config)?;
     let calibration = args.calibration.load()?;
-    if args.out.join("scan.json").exists() {
-        bail!(
-            "{} already holds a scan; choose another folder or remove it",
-            args.out.display()
-        );
+    let begun = args.out.join("scan.json").exists();
+    if begun && !args.resume {
+        return Err(ScanError::Exists(args.out.clone()).into());
+    }
+    let mut console = Console::new();
+    if begun {
+        let folder = resume(args, &config, calibration.as_ref(), cancel, &mut console)?;
+        let processed = process_scan(&folder, &config)?;
+        return process::print(&folder, &processed, args.reading.json);
     }
     let object = Placing::of(args)?;
     let mut rig = open_rig(&args.rig, &config)?;
-    let mut console = Console::new();
     let recording = Recording {
         out: &args.out,
         pick_colours: args.pick_colours,
@@ -43,6 +56,70 @@ pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let folder = recording.run(&mut rig, &config, cancel, &mut console)?;
     let processed = process_scan(&folder, &config)?;
     process::print(&folder, &processed, args.reading.json)
+}
+
+/// Records the stages that an interrupted scan lacks.
+fn resume(
+    args: &ScanArgs,
+    config: &Config,
+    calibration: Option<&RigCalibration>,
+    cancel: &Cancel,
+    console: &mut Console,
+) -> anyhow::Result<ScanFolder> {
+    let mut folder = ScanFolder::open(&args.out)?;
+    folder.remove_unfinished()?;
+    if let Some(calibration) = calibration {
+        folder.set_calibration(calibration)?;
+    }
+    let missing: Vec<Stage> = Stage::BOTH
+        .into_iter()
+        .filter(|stage| !folder.is_recorded(*stage))
+        .collect();
+    if missing.is_empty() {
+        console.say("both stages are recorded already");
+        return Ok(folder);
+    }
+    let object = Placing::of(args)?;
+    let mut rig = open_rig(&args.rig, config)?;
+    show_grid(&rig.projector, &folder.manifest().pattern)?;
+    check_same_rig(&rig, &folder)?;
+    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    for stage in missing {
+        if stage == Stage::Object {
+            object.place(cancel, console)?;
+        }
+        record_stage(
+            &mut rig,
+            &mut folder,
+            stage,
+            &config.record,
+            cancel,
+            &mut |p| {
+                console.show(&p);
+            },
+        )?;
+    }
+    Ok(folder)
+}
+
+/// A scan goes on only with the projector and the camera that it was begun with.
+fn check_same_rig(rig: &Rig, folder: &ScanFolder) -> anyhow::Result<()> {
+    let (manifest, format) = (folder.manifest(), rig.camera.format());
+    let raster = projected(rig)?.raster;
+    let camera = RasterSize {
+        width: format.width,
+        height: format.height,
+    };
+    if (raster, camera) != (manifest.projector, manifest.camera) {
+        bail!(
+            "{} was begun with a projector of {} px and a camera of {} px, these are {raster} and {camera}: \
+             use the same ones, or record anew into another folder",
+            folder.dir().display(),
+            manifest.projector,
+            manifest.camera
+        );
+    }
+    Ok(())
 }
 
 /// Who puts the object into the scene between the two stages.

@@ -2,8 +2,8 @@
 //!
 //! Takes the scan folder and the pipeline's result. Every file is written whole or not at all, and the same scan
 //! gives the same bytes: no file holds a time or a path. Files of an earlier run that this one does not make are
-//! removed, so that everything in the folder belongs together. `summary.json` comes last: where it is, the run was
-//! finished. Pictures are large: captures are read from the folder when they are wanted, figures are drawn one at a
+//! removed, so that everything in the folder belongs together. `SHA256SUMS` comes last, after `summary.json`: where it
+//! is, the run was finished. Pictures are large: captures are read from the folder when they are wanted, figures are drawn one at a
 //! time, and the report is written piece by piece.
 
 pub mod colour_map;
@@ -35,7 +35,7 @@ pub use summary::Summary;
 
 use crate::{
     pipeline::{colour_choice::ColourSelection, result::ScanResult},
-    scan::{ScanFolder, write_json, write_whole},
+    scan::{ScanFolder, sums_path, write_json, write_sums, write_whole},
 };
 
 /// Where the results of a scan went.
@@ -77,6 +77,7 @@ pub fn write_results(
     let pictures_dir = file("pictures");
     make_dir(&pictures_dir)?;
     let summary_path = file("summary.json");
+    remove_outdated(&sums_path(&dir))?;
     remove_outdated(&summary_path)?;
 
     let vertices = file("vertices.csv");
@@ -110,6 +111,7 @@ pub fn write_results(
     };
     report::write(&report_path, &content)?;
     write_json(&summary_path, &summary)?;
+    write_sums(&dir)?;
     let (points, cloud) = points.unzip();
     Ok(ResultPaths {
         dir,
@@ -162,7 +164,7 @@ fn remove_others(dir: &Path, written: &BTreeSet<String>) -> Result<(), OutputErr
 }
 
 fn make_dir(dir: &Path) -> Result<(), OutputError> {
-    fs::create_dir_all(dir).map_err(|source| OutputError::Folder {
+    crate::scan::make_dir(dir).map_err(|source| OutputError::Folder {
         path: dir.to_owned(),
         source,
     })

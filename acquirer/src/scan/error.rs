@@ -69,6 +69,14 @@ pub enum ScanError {
         file: String,
     },
     /// A folder that already holds a scan.
-    #[error("{0} already holds a scan; choose another folder or remove it")]
+    #[error("{0} already holds a scan; go on with it by --resume, or choose another folder")]
     Exists(PathBuf),
+    /// A list of checksums that has a line which is none.
+    #[error("{path}, line {line}: not 64 hexadecimal digits, two spaces and a file name")]
+    Sums {
+        /// The list.
+        path: PathBuf,
+        /// Counted from 1.
+        line: usize,
+    },
 }

@@ -1,9 +1,11 @@
 //! The scan folder on disk: `scan.json` and one PNG per capture.
 //!
 //! Every file is whole or absent after a crash, and a picture is there before the manifest names it: a crash leaves
-//! either the whole capture or none of it.
+//! either the whole capture or none of it. A stage that is recorded again gets files of other names, and the manifest
+//! goes over from the old ones to the new ones at once.
 
 use std::{
+    collections::{BTreeMap, BTreeSet},
     fs, io,
     path::{Path, PathBuf},
 };
@@ -14,14 +16,13 @@ use shared::{geometry::RigCalibration, pattern::RasterSize, stage::Stage};
 
 use super::{
     CaptureEntry, FORMAT, ScanError, ScanManifest, Shows,
-    manifest::write_json,
+    manifest::{MANIFEST, write_json},
     picture::{check_size, read_picture, write_picture},
+    whole_file::UNFINISHED,
     write_whole,
 };
 use crate::pipeline::{Captures, Projected, colour_choice::ColourSelection};
 
-/// Name of the manifest in a scan folder.
-const MANIFEST: &str = "scan.json";
 /// Name of the file that says how the grid's colours were chosen.
 const SELECTION: &str = "colours.json";
 
@@ -53,13 +54,14 @@ impl ScanFolder {
             camera,
             captures: Vec::new(),
             calibration: None,
+            sha256: BTreeMap::new(),
             extra: serde_json::Map::new(),
         };
-        let folder = Self {
+        let mut folder = Self {
             dir: dir.to_owned(),
-            manifest,
+            manifest: manifest.clone(),
         };
-        folder.save_manifest()?;
+        folder.take_over(manifest)?;
         Ok(folder)
     }
 
@@ -110,26 +112,75 @@ impl ScanFolder {
         self.dir.join("results")
     }
 
+    /// Whether every kind of picture of a full recording is there of this stage.
+    #[must_use]
+    pub fn is_recorded(&self, stage: Stage) -> bool {
+        let has = |shows: &Shows| self.manifest.captures_of(stage, *shows).next().is_some();
+        Shows::RECORDING.iter().all(has)
+    }
+
     /// Adds a capture: the picture is on disk before the manifest names it.
     ///
     /// # Errors
-    /// A file error, or a picture of another size than the camera's.
+    /// A file error, or a picture of another size than the camera's; the scan is as it was then.
     pub fn add_capture(
         &mut self,
         stage: Stage,
         shows: Shows,
         picture: &RgbImage,
     ) -> Result<(), ScanError> {
-        let number = self.manifest.captures_of(stage, shows).count();
-        let file = format!("{stage}/{}-{number:02}.png", shows.stem());
+        let mut next = self.manifest.clone();
+        let taken = &mut self.names();
+        self.put_capture(&mut next, taken, (stage, shows), picture)?;
+        self.take_over(next)
+    }
+
+    /// Puts new captures in the place of all that the scan holds of one stage, at once: until the last of them is on
+    /// disk the scan has the old ones. The old pictures stay in the folder until their names are used again.
+    ///
+    /// # Errors
+    /// As [`Self::add_capture`].
+    pub fn replace_stage<'a>(
+        &mut self,
+        stage: Stage,
+        captures: impl IntoIterator<Item = (Shows, &'a RgbImage)>,
+    ) -> Result<(), ScanError> {
+        let mut next = self.manifest.clone();
+        let mut taken = self.names();
+        next.forget(stage);
+        for (shows, picture) in captures {
+            self.put_capture(&mut next, &mut taken, (stage, shows), picture)?;
+        }
+        self.take_over(next)
+    }
+
+    /// The names of pictures that the manifest on disk tells of.
+    fn names(&self) -> BTreeSet<String> {
+        let captures = self.manifest.captures.iter();
+        captures.map(|capture| capture.file.clone()).collect()
+    }
+
+    /// Writes a picture under a name that nobody needs any more, and enters it.
+    fn put_capture(
+        &self,
+        manifest: &mut ScanManifest,
+        taken: &mut BTreeSet<String>,
+        (stage, shows): (Stage, Shows),
+        picture: &RgbImage,
+    ) -> Result<(), ScanError> {
+        let numbered = |number| format!("{stage}/{}-{number:02}.png", shows.stem());
+        let mut names = (0..).map(numbered);
+        let Some(file) = names.find(|name| !taken.contains(name)) else {
+            unreachable!("there are more numbers than captures");
+        };
         let path = self.dir.join(&file);
         check_size(&path, picture, self.manifest.camera)?;
         make_dir(&self.dir.join(stage.name()))?;
-        write_picture(&path, picture)?;
-        self.manifest
-            .captures
-            .push(CaptureEntry { stage, shows, file });
-        self.save_manifest()
+        let checksum = write_picture(&path, picture)?;
+        taken.insert(file.clone());
+        manifest.sha256.insert(file.clone(), checksum);
+        manifest.captures.push(CaptureEntry { stage, shows, file });
+        Ok(())
     }
 
     /// Keeps a value beside the contract's keys, for example the settings of the recording.
@@ -141,8 +192,9 @@ impl ScanFolder {
             path: self.dir.join(MANIFEST),
             source,
         })?;
-        self.manifest.extra.insert(key.to_owned(), value);
-        self.save_manifest()
+        let mut next = self.manifest.clone();
+        next.extra.insert(key.to_owned(), value);
+        self.take_over(next)
     }
 
     /// Adds a calibration file to the scan.
@@ -157,17 +209,22 @@ impl ScanFolder {
             path: path.clone(),
             source,
         })?;
-        write_whole(&path, json.as_bytes())?;
-        self.manifest.calibration = Some(NAME.to_owned());
-        self.save_manifest()
+        let checksum = write_whole(&path, json.as_bytes())?;
+        let mut next = self.manifest.clone();
+        next.calibration = Some(NAME.to_owned());
+        next.sha256.insert(NAME.to_owned(), checksum);
+        self.take_over(next)
     }
 
     /// Keeps how the grid's colours were chosen, in a file of its own.
     ///
     /// # Errors
     /// A file error.
-    pub fn set_selection(&self, selection: &ColourSelection) -> Result<(), ScanError> {
-        write_json(&self.dir.join(SELECTION), selection)
+    pub fn set_selection(&mut self, selection: &ColourSelection) -> Result<(), ScanError> {
+        let checksum = write_json(&self.dir.join(SELECTION), selection)?;
+        let mut next = self.manifest.clone();
+        next.sha256.insert(SELECTION.to_owned(), checksum);
+        self.take_over(next)
     }
 
     /// How the grid's colours were chosen, if they were chosen for this scan.
@@ -184,18 +241,6 @@ impl ScanFolder {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(source) => Err(ScanError::File { path, source }),
         }
-    }
-
-    /// Forgets the captures of one stage, so that it can be recorded again. Their pictures stay until
-    /// they are overwritten.
-    ///
-    /// # Errors
-    /// A file error.
-    pub fn retake(&mut self, stage: Stage) -> Result<(), ScanError> {
-        self.manifest
-            .captures
-            .retain(|capture| capture.stage != stage);
-        self.save_manifest()
     }
 
     /// Reads the pictures of one stage.
@@ -242,13 +287,44 @@ impl ScanFolder {
         Ok(picture)
     }
 
-    fn save_manifest(&self) -> Result<(), ScanError> {
-        self.manifest.write(&self.dir.join(MANIFEST))
+    /// Removes what a crash left half written.
+    ///
+    /// # Errors
+    /// A folder that can't be listed, a file that can't be removed.
+    pub fn remove_unfinished(&self) -> Result<(), ScanError> {
+        for path in unfinished(&self.dir)? {
+            fs::remove_file(&path).map_err(|source| ScanError::File { path, source })?;
+        }
+        Ok(())
+    }
+
+    /// Writes a manifest, which counts from then on.
+    fn take_over(&mut self, mut next: ScanManifest) -> Result<(), ScanError> {
+        next.write(&self.dir.join(MANIFEST))?;
+        self.manifest = next;
+        Ok(())
     }
 }
 
+/// The files that a crash left half written in the folder and in those of the stages.
+pub(super) fn unfinished(dir: &Path) -> Result<Vec<PathBuf>, ScanError> {
+    let dirs = Stage::BOTH.map(|stage| dir.join(stage.name()));
+    let mut found = Vec::new();
+    for dir in std::iter::once(dir.to_owned()).chain(dirs) {
+        let entries = match fs::read_dir(&dir) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            Err(source) => return Err(ScanError::File { path: dir, source }),
+        };
+        let paths = entries.flatten().map(|entry| entry.path());
+        found.extend(paths.filter(|path| path.to_string_lossy().ends_with(UNFINISHED)));
+    }
+    found.sort();
+    Ok(found)
+}
+
 fn make_dir(dir: &Path) -> Result<(), ScanError> {
-    fs::create_dir_all(dir).map_err(|source| ScanError::File {
+    super::make_dir(dir).map_err(|source| ScanError::File {
         path: dir.to_owned(),
         source,
     })

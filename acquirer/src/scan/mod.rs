@@ -1,5 +1,7 @@
 //! The scan folder: captures on disk, what was projected, and where the results go.
 
+mod check;
+mod checksum;
 mod error;
 mod folder;
 mod fresh_folder;
@@ -8,6 +10,9 @@ mod picture;
 mod shows;
 mod whole_file;
 
+pub use check::{CheckedScan, DamagedFile, check_scan};
+pub(crate) use check::{sums_path, write_sums};
+pub use checksum::{Checksum, ChecksumError};
 pub use error::ScanError;
 pub use folder::ScanFolder;
 pub use fresh_folder::fresh_folder;
@@ -15,4 +20,5 @@ pub(crate) use manifest::write_json;
 pub use manifest::{CaptureEntry, FORMAT, ScanManifest};
 pub use picture::{read_picture, write_picture};
 pub use shows::Shows;
+pub(crate) use whole_file::make_dir;
 pub use whole_file::{WholeFile, write_whole};

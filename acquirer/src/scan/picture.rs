@@ -5,7 +5,7 @@ use std::path::Path;
 use image::{RgbImage, codecs::png::PngEncoder};
 use shared::pattern::RasterSize;
 
-use super::{ScanError, WholeFile};
+use super::{Checksum, ScanError, WholeFile};
 
 /// Largest width or height of a picture that is read, in pixels.
 const MAX_SIDE_PX: u32 = 16_384;
@@ -35,11 +35,11 @@ pub fn read_picture(path: &Path) -> Result<RgbImage, ScanError> {
     Ok(reader.decode().map_err(picture_error)?.into_rgb8())
 }
 
-/// Writes a picture as PNG.
+/// Writes a picture as PNG; gives the file's checksum.
 ///
 /// # Errors
 /// What the system says, with the path.
-pub fn write_picture(path: &Path, picture: &RgbImage) -> Result<(), ScanError> {
+pub fn write_picture(path: &Path, picture: &RgbImage) -> Result<Checksum, ScanError> {
     let mut file = WholeFile::create(path)?;
     let encoded = picture.write_with_encoder(PngEncoder::new(&mut file));
     encoded.map_err(|source| ScanError::Picture {

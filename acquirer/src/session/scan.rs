@@ -35,11 +35,11 @@ impl RecordSettings {
     }
 }
 
-/// Records one stage into the folder, in place of what it holds of that stage. What became of the latency, and how
-/// many frames the camera lost so far, is noted.
+/// Records one stage into the folder, in place of what it holds of that stage, which stays until the new captures are
+/// on disk. What became of the latency, and how many frames the camera lost so far, is noted.
 ///
 /// # Errors
-/// As [`Rig::shoot_all`], and what the folder says; captures already written stay.
+/// As [`Rig::shoot_all`], and what the folder says; the folder holds what it held then.
 pub fn record_stage(
     rig: &mut Rig,
     folder: &mut ScanFolder,
@@ -48,7 +48,6 @@ pub fn record_stage(
     cancel: &Cancel,
     report: Report,
 ) -> Result<(), SessionError> {
-    folder.retake(stage)?;
     let of = Shows::RECORDING.len();
     let shots = Shows::RECORDING.map(|shows| Shot {
         view: view_of(shows),
@@ -59,11 +58,11 @@ pub fn record_stage(
         let what = format!("recording {stage}");
         report(Progress { what, done, of });
     })?;
-    for (shot, frames) in shots.iter().zip(frames) {
-        for frame in frames {
-            folder.add_capture(stage, shot.shows, &frame.picture)?;
-        }
-    }
+    let captures = shots.iter().zip(&frames).flat_map(|(shot, frames)| {
+        let pictures = frames.iter().map(|frame| &frame.picture);
+        pictures.map(|picture| (shot.shows, picture))
+    });
+    folder.replace_stage(stage, captures)?;
     folder.note("frames_lost", &rig.camera.losses())?;
     folder.note("latency", &rig.latency)?;
     report(Progress {

@@ -62,6 +62,7 @@ impl Page {
     /// # Errors
     /// What the system says, with the path.
     pub(super) fn finish(self) -> Result<(), OutputError> {
-        Ok(self.file.finish()?)
+        self.file.finish()?;
+        Ok(())
     }
 }

@@ -71,7 +71,8 @@ pub fn write_shift_table(path: &Path, rows: &[ShiftRow]) -> Result<(), ShiftTabl
             row.depth
         );
     }
-    Ok(write_whole(path, text.as_bytes())?)
+    write_whole(path, text.as_bytes())?;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -174,6 +174,7 @@ fn files_of_an_earlier_run_do_not_stay_beside_new_ones() {
         .filter(|name| !name.ends_with(".png"))
         .collect();
     let expected = [
+        "SHA256SUMS",
         "line_shifts.csv",
         "lines.csv",
         "notes.txt",

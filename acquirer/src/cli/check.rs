@@ -1,0 +1,49 @@
+//! `acquirer check`: whether a scan is still what was recorded.
+
+use anyhow::bail;
+
+use super::args::CheckArgs;
+use crate::scan::{CheckedScan, check_scan};
+
+pub(super) fn run(args: &CheckArgs) -> anyhow::Result<()> {
+    let checked = check_scan(&args.dir)?;
+    if args.json {
+        println!("{}", serde_json::to_string(&checked)?);
+    } else {
+        print!("{}", text(&checked));
+    }
+    if !checked.intact {
+        bail!(
+            "{}: {} damaged or missing; take these files from a copy, or record the scan again",
+            args.dir.display(),
+            checked.damaged.len()
+        );
+    }
+    Ok(())
+}
+
+fn text(checked: &CheckedScan) -> String {
+    let mut text = format!("{:<22}{} files\n", "intact", checked.intact_files);
+    let mut line = |name: &str, value: &str| text.push_str(&format!("{name:<22}{value}\n"));
+    for damaged in &checked.damaged {
+        line("DAMAGED", &format!("{}: {}", damaged.file, damaged.reason));
+    }
+    for file in &checked.without_checksum {
+        line("without checksum", file);
+    }
+    for file in &checked.unfinished {
+        line("left half written", &format!("{file} (belongs to nothing)"));
+    }
+    for stage in &checked.unrecorded {
+        line(
+            "not recorded",
+            &format!("{stage} (`acquirer scan --resume` does it)"),
+        );
+    }
+    let results = match checked.results {
+        true => "complete",
+        false => "none, or not written to the end (`acquirer process` makes them)",
+    };
+    line("results", results);
+    text
+}

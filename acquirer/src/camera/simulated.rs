@@ -286,9 +286,10 @@ impl Exposing {
             let due = (monotonic_now().saturating_sub(begin).as_secs_f64()
                 / self.period.as_secs_f64()) as u64;
             let next = due.max(number + 1);
-            shared
-                .skipped
-                .fetch_add(next - number - 1, Ordering::Relaxed);
+            let lost = (number + 1..next).filter(|&k| self.scene.loses(k)).count() as u64;
+            shared.lost.fetch_add(lost, Ordering::Relaxed);
+            let skipped = next - number - 1 - lost;
+            shared.skipped.fetch_add(skipped, Ordering::Relaxed);
             number = next;
         }
     }

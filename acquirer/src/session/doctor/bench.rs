@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Steps of the progress: as many as pictures are looked at.
-const STEPS: usize = 13;
+const STEPS: usize = 15;
 /// Time after which a picture is certainly seen while the latency is not known: most projectors lag less than 200 ms.
 const SETTLE: Duration = Duration::from_millis(600);
 /// How long black is looked at before white comes: automatics must have followed it.
@@ -100,6 +100,12 @@ impl<'a> Bench<'a> {
         self.first.zip(self.last)
     }
 
+    /// The exposure of a row as it was measured, in milliseconds, where it is known to a quarter.
+    pub(super) fn exposure_ms(&self) -> Option<f64> {
+        let exposure = self.rig.latency.as_ref()?.timing.exposure;
+        (exposure.uncertainty_ms < 0.25 * exposure.ms).then_some(exposure.ms)
+    }
+
     /// Share of the frames so far that came while this program was busy with others.
     pub(super) fn overtaken_share(&self) -> f64 {
         let count = self.span().map_or(0, |(first, last)| last.0 - first.0);
@@ -136,16 +142,29 @@ impl<'a> Bench<'a> {
         view: View,
         frames: usize,
     ) -> Result<Light, SessionError> {
+        let mut light = Light::new(self.response());
+        self.add_light(&mut light, name, view, frames)?;
+        Ok(light)
+    }
+
+    /// Adds so many frames of a view to its light.
+    pub(super) fn add_light(
+        &mut self,
+        light: &mut Light,
+        name: &str,
+        view: View,
+        frames: usize,
+    ) -> Result<(), SessionError> {
         self.tell(name);
         let from = self.show(view)?;
-        let mut light = Light::new(self.response());
-        while light.frames() < frames {
+        let wanted = light.frames() + frames;
+        while light.frames() < wanted {
             let frame = self.next_frame()?;
             if frame.captured_at >= from {
                 light.add(&frame);
             }
         }
-        Ok(light)
+        Ok(())
     }
 
     /// Lets the automatics settle on white and holds them, then changes from black to white.

@@ -21,7 +21,7 @@ pub(super) fn examine(bench: &Bench, pictures: &Pictures, lamps: &Lamps) -> Find
     let measured = vec![Measured::new("swing of white", 100.0 * swing, "%").at_most(100.0 * limit)];
     let good = format!("white swings by {:.1} %", 100.0 * swing);
     Finding::judged("colour_wheel", measured, good, || {
-        let exposure_ms = bench.rig.latency.as_ref().map(|l| l.timing.exposure.ms);
+        let exposure_ms = bench.exposure_ms();
         let now = exposure_ms.map_or_else(String::new, |ms| format!(" from about {ms:.0} ms"));
         let says = format!(
             "the projector's white swings by {:.0} % in brightness or colour: it shows its colours one after the other, \

@@ -43,7 +43,7 @@ pub(super) fn examine(bench: &Bench, lit: &Lit) -> Finding {
         100.0 * lit.clipped
     );
     Finding::judged("exposure", measured, good, || {
-        let exposure_ms = bench.rig.latency.as_ref().map(|l| l.timing.exposure.ms);
+        let exposure_ms = bench.exposure_ms();
         if lit.clipped > limits.clipped {
             let says = format!("{:.0} % of the lit pixels are clipped", 100.0 * lit.clipped);
             return (says, format!("{} and run this again", shorter(exposure_ms)));

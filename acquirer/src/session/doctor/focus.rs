@@ -23,8 +23,10 @@ const LEAST_EDGES: usize = 100;
 const SCENE_STEP: f32 = 0.3;
 /// How far beside an edge of the scene its two sides are looked at, px.
 const BESIDE: usize = 6;
-/// The scene's edges are sharper than the bars' when they are under this share of their width.
+/// The scene's edges are sharper than the bars' when they are under this share of their width, and no edges at all but
+/// soft patches when they are over the other.
 const SHARPER: f64 = 0.7;
+const SOFT: f64 = 1.3;
 
 /// Edges of the bars of one direction.
 struct Edges {
@@ -76,9 +78,11 @@ pub(super) fn examine(bench: &mut Bench, pictures: &Pictures) -> Result<Finding,
             Some(scene_px) if scene_px < SHARPER * edge_px => {
                 "the projector is out of focus: the scene's own edges are sharper"
             }
-            Some(_) => "the camera is out of focus: the scene's own edges are blurred too",
-            None => {
-                "the projector or the camera is out of focus (the scene has no edges of its own to tell which)"
+            Some(scene_px) if scene_px < SOFT * edge_px => {
+                "the camera is out of focus: the scene's own edges are blurred too"
+            }
+            _ => {
+                "the projector or the camera is out of focus (the scene has no sharp edges of its own to tell which)"
             }
         };
         let says = format!(

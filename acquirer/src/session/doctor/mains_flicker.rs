@@ -23,9 +23,7 @@ pub(super) fn examine(bench: &Bench, pictures: &Pictures) -> Lamps {
     let modulation = Modulation::of(black, black, white);
     let direction = modulation.direction();
     let swing = modulation.swing([1.0 / 3.0; 3]);
-    let timing = bench.rig.latency.as_ref().map(|latency| latency.timing);
-    let readout_ms = timing.map_or(0.0, |timing| timing.readout.ms);
-    let explained = MAINS_HZ.map(|hz| (modulation.explained_by(hz, readout_ms), hz));
+    let explained = MAINS_HZ.map(|hz| (modulation.explained_by(hz), hz));
     let best = explained.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
     let hz = best
         .filter(|(share, _)| *share > BELIEVED)
@@ -49,7 +47,7 @@ pub(super) fn examine(bench: &Bench, pictures: &Pictures) -> Lamps {
             "the room's light swings by {:.1} % of the projector's white{rhythm}: a lamp flickers",
             100.0 * swing
         );
-        (says, advice(hz, timing.map(|timing| timing.exposure.ms)))
+        (says, advice(hz, bench.exposure_ms()))
     });
     let direction = (!finding.is_good()).then_some(direction);
     Lamps { finding, direction }

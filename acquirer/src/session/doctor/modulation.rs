@@ -1,8 +1,9 @@
 //! How much the light of a steady picture swings, from frame to frame and down the rows of a frame.
 //!
-//! Takes the band means of frames of one picture, gives their swing about a straight line through time, as a share of
-//! the projector's white. Noise differs from band to band and a flicker hardly does, so the differences of neighbouring
-//! bands tell the noise, which is taken off. It fails quietly when lamp and camera keep step: such bands stand still.
+//! Takes the band means of frames of one picture, gives their swing as a share of the projector's white; a slow drift of
+//! the whole picture is left out. Noise differs from band to band and a flicker hardly does, so the differences of
+//! neighbouring bands tell the noise, which is taken off. It fails quietly when lamp and camera keep step for many
+//! seconds: such bands stand still.
 
 use std::f64::consts::TAU;
 
@@ -10,6 +11,9 @@ use super::{Light, light::BANDS};
 
 /// Bands with less than this share of the brightest band's white are left out.
 const LEAST_WHITE: f32 = 0.1;
+
+/// Longest time from the first row's exposure to the last one's that is tried, in milliseconds.
+const LONGEST_READOUT_MS: i32 = 40;
 
 /// Deviations of the bands' light from steady, as shares of white.
 pub(super) struct Modulation {
@@ -22,20 +26,23 @@ impl Modulation {
     pub(super) fn of(picture: &Light, black: &Light, white: &Light) -> Self {
         let levels = band_whites(black, white);
         let brightest = levels.iter().flatten().copied().fold(0.0, f32::max);
-        let count = picture.series.len();
+        let drifts = [0, 1, 2].map(|c| undrifted(picture, c));
         let mut deviations = Vec::new();
         for (band, level) in levels.iter().enumerate() {
             if level.iter().any(|level| *level < LEAST_WHITE * brightest) || brightest <= 0.0 {
                 continue;
             }
-            let series = |c: usize| -> Vec<f64> {
-                let values = picture.series.iter().map(|frame| frame.bands[band][c]);
-                straightened(&values.map(f64::from).collect::<Vec<_>>())
-            };
-            let channels = [series(0), series(1), series(2)];
-            for frame in 0..count {
+            let channels: [Vec<f64>; 3] = std::array::from_fn(|c| {
+                let values = picture.series.iter().zip(&drifts[c]);
+                let values: Vec<f64> = values
+                    .map(|(frame, drift)| f64::from(frame.bands[band][c]) * drift)
+                    .collect();
+                let level = mean(values.iter().copied());
+                values.into_iter().map(|value| value - level).collect()
+            });
+            for (frame, means) in picture.series.iter().enumerate() {
                 let deviation = std::array::from_fn(|c| channels[c][frame] / f64::from(level[c]));
-                deviations.push((picture.series[frame].stamp_ms, band, deviation));
+                deviations.push((means.stamp_ms, band, deviation));
             }
         }
         Self { deviations }
@@ -74,9 +81,15 @@ impl Modulation {
         [direction[0], direction[1], direction[2]]
     }
 
-    /// Share of the power that a cosine of a frequency explains, 0 to 1; `readout_ms` is the time from the first row's
-    /// exposure to the last one's.
-    pub(super) fn explained_by(&self, hz: f64, readout_ms: f64) -> f64 {
+    /// Share of the power that a cosine of a frequency explains, 0 to 1, with whatever read-out explains most.
+    pub(super) fn explained_by(&self, hz: f64) -> f64 {
+        let readouts = (0..=LONGEST_READOUT_MS).map(f64::from);
+        readouts
+            .map(|readout_ms| self.explained(hz, readout_ms))
+            .fold(0.0, f64::max)
+    }
+
+    fn explained(&self, hz: f64, readout_ms: f64) -> f64 {
         let (mut cc, mut ss, mut cs, mut cv, mut sv, mut vv) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         for (stamp_ms, band, deviation) in &self.deviations {
             let time_ms = stamp_ms + *band as f64 / BANDS as f64 * readout_ms;
@@ -112,8 +125,17 @@ fn band_whites(black: &Light, white: &Light) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// Values minus the straight line through them.
-fn straightened(values: &[f64]) -> Vec<f64> {
+/// What each frame's light of a channel must be multiplied by so that the whole picture does not drift: a straight line
+/// through time.
+fn undrifted(picture: &Light, channel: usize) -> Vec<f64> {
+    let values: Vec<f64> = picture
+        .series
+        .iter()
+        .map(|frame| {
+            let bands = frame.bands.iter().map(|band| f64::from(band[channel]));
+            bands.sum::<f64>() / frame.bands.len().max(1) as f64
+        })
+        .collect();
     let count = values.len() as f64;
     let middle = (count - 1.0) / 2.0;
     let level = mean(values.iter().copied());
@@ -123,10 +145,11 @@ fn straightened(values: &[f64]) -> Vec<f64> {
         run += (k as f64 - middle).powi(2);
     }
     let slope = if run > 0.0 { rise / run } else { 0.0 };
-    values
-        .iter()
-        .enumerate()
-        .map(|(k, value)| value - level - slope * (k as f64 - middle))
+    (0..values.len())
+        .map(|k| {
+            let line = level + slope * (k as f64 - middle);
+            if line > 0.0 { level / line } else { 1.0 }
+        })
         .collect()
 }
 

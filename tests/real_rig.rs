@@ -58,7 +58,12 @@ fn scan_in_a_guest(projector: &HeadlessProjector, room: &FrameServer, into: &Pat
     let script = format!(
         r#"frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & feeder=$!
 wait-fed
-echo "== cameras"; acquirer cameras --json
+echo "== cameras"; acquirer cameras --controls --json
+kept() {{ v4l2-ctl -d /dev/video0 -C keep_format; }}
+echo "== interrupted"; kept
+acquirer live --projector 10.0.2.2:{projector} --camera /dev/video0 --control keep_format=on >/tmp/live 2>&1 & live=$!
+while ! kept | grep -q 1 && kill -0 $live 2>/dev/null; do sleep 0.5; done
+kept; kill -INT $live; wait $live; cat /tmp/live; kept
 echo "== scan"
 acquirer scan --projector 10.0.2.2:{projector} --camera /dev/video0 --out /tmp/scan --json \
     --place-object 'echo object | nc 10.0.2.2 {stages} | grep done' >/tmp/figures 2>/tmp/log & scan=$!
@@ -94,6 +99,19 @@ fn a_scan_through_a_real_camera_device_reads_the_room_right() {
     let output = scan_in_a_guest(&projector, &room, folder.path());
     let cameras = &section(&output, "cameras")[0]["cameras"];
     assert_eq!(cameras[0]["path"], "/dev/video0", "{output}");
+    let controls = cameras[0]["controls"].as_array().unwrap();
+    let keep = controls
+        .iter()
+        .find(|control| control["key"] == "keep_format");
+    assert_eq!(keep.unwrap()["kind"], "switch");
+    let kept = output
+        .lines()
+        .filter_map(|line| line.trim_end().strip_prefix("keep_format: "));
+    assert_eq!(
+        kept.collect::<Vec<_>>(),
+        ["0", "1", "0"],
+        "a control set for a command is set back when it is interrupted: {output}"
+    );
 
     let scan = folder.path().join("scan");
     let figures = &section(&output, "scan")[0];

@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::{
     camera::CameraSettings,
     pipeline::{Method, PipelineSettings, shift::ShiftSettings},
-    session::{DoctorSettings, LatencySettings, RecordSettings},
+    session::{DoctorSettings, ExposureSettings, LatencySettings, RecordSettings},
 };
 
 /// Every setting of the acquirer; `config/acquirer.toml` explains each key and holds the built-in values.
@@ -20,6 +20,8 @@ use crate::{
 pub struct Config {
     /// What is asked of the camera.
     pub camera: CameraSettings,
+    /// How the camera's exposure is set.
+    pub exposure: ExposureSettings,
     /// How the latency is measured.
     pub latency: LatencySettings,
     /// Up to where `acquirer doctor` calls things good.

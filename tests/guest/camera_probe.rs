@@ -6,8 +6,10 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use acquirer::camera::v4l2::{V4l2Camera, list_cameras};
-use acquirer::camera::{Camera, CameraError, CameraSettings, Frame};
+use acquirer::camera::v4l2::{list_cameras, list_controls};
+use acquirer::camera::{
+    Camera, CameraError, CameraSettings, CameraSpec, ControlWish, ControlWishes, Frame, open_camera,
+};
 use acquirer::clock::monotonic_now;
 use anyhow::Context;
 use clap::Parser;
@@ -17,6 +19,8 @@ use serde_json::json;
 enum Probe {
     /// Lists the cameras.
     List,
+    /// Lists the controls of a device.
+    Controls { device: PathBuf },
     /// Captures from a device until enough frames have come or the time is over.
     Capture(CaptureArgs),
 }
@@ -44,11 +48,17 @@ struct CaptureArgs {
     #[arg(long, default_value_t = 480)]
     height: u32,
     /// Highest rate.
-    #[arg(long, default_value_t = 30)]
-    rate: u32,
+    #[arg(long, default_value_t = 30.0)]
+    rate: f64,
     /// Holds the camera's automatics before capturing.
     #[arg(long)]
     hold: bool,
+    /// Control to set, as KEY=VALUE.
+    #[arg(long = "control")]
+    controls: Vec<ControlWish>,
+    /// Time after each frame in which nobody asks for one, in milliseconds.
+    #[arg(long, default_value_t = 0)]
+    pause_ms: u64,
     /// Makes this file when the first frame has come, for the script beside.
     #[arg(long)]
     mark: Option<PathBuf>,
@@ -60,14 +70,23 @@ fn main() -> anyhow::Result<()> {
         .init();
     match Probe::parse() {
         Probe::List => println!("{}", serde_json::to_string(&list_cameras())?),
+        Probe::Controls { device } => match list_controls(&device) {
+            Ok(controls) => println!("{}", serde_json::to_string(&controls)?),
+            Err(error) => tell_error(&error),
+        },
         Probe::Capture(args) => {
+            let mut controls = ControlWishes::default();
+            for wish in &args.controls {
+                controls.add(wish.clone());
+            }
             let settings = CameraSettings {
                 width: args.width,
                 height: args.height,
                 max_rate: args.rate,
+                controls,
                 pixel_format: args.format.clone(),
             };
-            match V4l2Camera::open(&args.device, &settings) {
+            match open_camera(&CameraSpec::Device(args.device.clone()), &settings, None) {
                 Ok(camera) => probe(camera, &args)?,
                 Err(error) => tell_error(&error),
             }
@@ -76,7 +95,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-fn probe(mut camera: V4l2Camera, args: &CaptureArgs) -> anyhow::Result<()> {
+fn probe(mut camera: Box<dyn Camera>, args: &CaptureArgs) -> anyhow::Result<()> {
     let (description, format) = (camera.description(), camera.format().to_string());
     println!(
         "{}",
@@ -90,7 +109,7 @@ fn probe(mut camera: V4l2Camera, args: &CaptureArgs) -> anyhow::Result<()> {
             .collect();
         println!("{}", json!({"event": "held", "controls": controls}));
     }
-    capture(&mut camera, args)?;
+    capture(&mut *camera, args)?;
     println!("{}", json!({"event": "end", "losses": camera.losses()}));
     let closing = Instant::now();
     drop(camera);
@@ -99,7 +118,7 @@ fn probe(mut camera: V4l2Camera, args: &CaptureArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn capture(camera: &mut V4l2Camera, args: &CaptureArgs) -> anyhow::Result<()> {
+fn capture(camera: &mut dyn Camera, args: &CaptureArgs) -> anyhow::Result<()> {
     let ends = Instant::now() + Duration::from_secs(args.seconds);
     let (mut any, mut counted) = (false, 0);
     while counted < args.frames && Instant::now() < ends {
@@ -113,6 +132,7 @@ fn capture(camera: &mut V4l2Camera, args: &CaptureArgs) -> anyhow::Result<()> {
                 }
                 any = true;
                 counted += u32::from(counting);
+                std::thread::sleep(Duration::from_millis(args.pause_ms));
             }
             Err(error) => tell_error(&error),
         }
@@ -121,7 +141,9 @@ fn capture(camera: &mut V4l2Camera, args: &CaptureArgs) -> anyhow::Result<()> {
 }
 
 fn tell_frame(frame: &Frame) -> anyhow::Result<()> {
-    let age = monotonic_now().saturating_sub(frame.captured_at);
+    let now = monotonic_now();
+    let age = now.saturating_sub(frame.captured_at);
+    let ahead = frame.captured_at.saturating_sub(now);
     let (width, height) = frame.picture.dimensions();
     let bar = |k: u32| {
         frame
@@ -137,6 +159,8 @@ fn tell_frame(frame: &Frame) -> anyhow::Result<()> {
             "number": frame.number,
             "dropped": frame.dropped,
             "age_ms": u64::try_from(age.as_millis())?,
+            "ahead_us": u64::try_from(ahead.as_micros())?,
+            "stamp_us": u64::try_from(frame.captured_at.as_micros())?,
             "size": [width, height],
             "centre": frame.picture.get_pixel(width / 2, height / 2).0,
             "bars": bars,

@@ -57,6 +57,32 @@ pub enum CameraError {
         /// The driver's answer.
         reason: String,
     },
+    /// The camera has no such control.
+    #[error("the camera has no control '{control}'; it has {}", if known.is_empty() { "none" } else { known.as_str() })]
+    NoSuchControl {
+        /// The control asked for.
+        control: String,
+        /// The keys there are.
+        known: String,
+    },
+    /// A control does not take a value.
+    #[error("'{value}' is no value of the control {control}: give {allowed}")]
+    BadControlValue {
+        /// The control.
+        control: String,
+        /// The value asked for.
+        value: String,
+        /// What it takes.
+        allowed: String,
+    },
+    /// The camera has the control and takes the value, but not now.
+    #[error("the camera refuses to set {control}: {reason}")]
+    ControlRefused {
+        /// The control.
+        control: String,
+        /// The driver's answer.
+        reason: String,
+    },
     /// Nothing came in time; the device is still there.
     #[error("{name} gave no frame for {} ms; if this goes on, unplug the camera and plug it in again", waited.as_millis())]
     NoFrame {

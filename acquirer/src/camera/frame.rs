@@ -116,6 +116,20 @@ impl Rate {
         }
     }
 
+    /// The rate of this many frames per second to a thousandth, at least one in a thousand seconds.
+    #[must_use]
+    pub fn near(hz: f64) -> Self {
+        let milli_hz = (hz * 1000.0).round().clamp(1.0, f64::from(u32::MAX)) as u32;
+        if milli_hz.is_multiple_of(1000) {
+            Self::per_second(milli_hz / 1000)
+        } else {
+            Self {
+                numerator: milli_hz,
+                denominator: 1000,
+            }
+        }
+    }
+
     /// Frames per second.
     #[must_use]
     pub fn hz(self) -> f64 {
@@ -188,6 +202,13 @@ mod tests {
         assert_eq!(Rate::per_second(25).to_string(), "25");
         assert_eq!(Rate::new(0, 1), None);
         assert_eq!(Rate::new(1, 0), None);
+    }
+
+    #[test]
+    fn a_rate_near_a_number_is_whole_where_it_can_be() {
+        assert_eq!(Rate::near(1.0 / (1.0 / 30.0)).to_string(), "30");
+        assert_eq!(Rate::near(12.5).to_string(), "12500/1000");
+        assert_eq!(Rate::near(0.0).to_string(), "1/1000");
     }
 
     #[test]

@@ -78,6 +78,11 @@ impl<T> Latest<T> {
         self.changed.notify_all();
     }
 
+    /// How the maker is.
+    pub(super) fn condition(&self) -> Condition {
+        self.state().condition.clone()
+    }
+
     /// Items that were overwritten before anybody took them.
     pub(super) fn overtaken(&self) -> u64 {
         self.state().overtaken

@@ -10,6 +10,7 @@
 //! Times are [`crate::clock::monotonic_now`]'s. A picture is row-major, its origin at the upper
 //! left.
 
+pub mod controls;
 mod error;
 mod frame;
 mod jpeg;
@@ -22,6 +23,7 @@ mod simulated;
 mod spec;
 pub mod v4l2;
 
+pub use controls::{ControlInfo, ControlKind, ControlWish, ControlWishes, Held, find_control};
 pub use error::CameraError;
 pub use frame::{CaptureFormat, Frame, Losses, PixelFormat, Rate};
 pub use replay::ReplayCamera;
@@ -29,7 +31,6 @@ pub use scenes::{load_scene, scene_file, scenes};
 pub use settings::CameraSettings;
 pub use simulated::SimulatedCamera;
 pub use spec::CameraSpec;
-pub use v4l2::Held;
 
 use std::time::{Duration, Instant};
 
@@ -76,14 +77,35 @@ pub trait Camera: Send {
         }
     }
 
-    /// Holds exposure, gain, white balance and focus where the camera's automatics left them, so that
-    /// the same light gives the same bytes in every capture; gives the controls there are. They are
-    /// switched on again when the camera is closed; a camera that was unplugged has them on again too.
+    /// The camera's controls with their ranges and what they are set to now; none for a recording.
     ///
     /// # Errors
-    /// When the device cannot be opened a second time.
-    fn hold_automatics(&mut self) -> Result<Vec<Held>, CameraError> {
+    /// When the device cannot be asked.
+    fn controls(&self) -> Result<Vec<ControlInfo>, CameraError> {
         Ok(vec![])
+    }
+
+    /// Sets a control by its V4L2 number ([`controls::ids`]); gives the value that the camera took, which may be
+    /// rounded. Frames that are on their way still show the old value. What was set is set again when the
+    /// camera comes back after it was unplugged; when it is closed it gets its values of before.
+    ///
+    /// # Errors
+    /// [`CameraError::NoSuchControl`], [`CameraError::ControlRefused`], or when the device cannot be asked.
+    fn set_control(&mut self, id: u32, _value: i64) -> Result<i64, CameraError> {
+        Err(CameraError::NoSuchControl {
+            control: format!("{id:#010x}"),
+            known: String::new(),
+        })
+    }
+
+    /// Holds exposure, gain, white balance and focus where the camera's automatics left them, so that
+    /// the same light gives the same bytes in every capture; gives the automatics there are. They are
+    /// switched on again when the camera is closed.
+    ///
+    /// # Errors
+    /// When the device cannot be asked.
+    fn hold_automatics(&mut self) -> Result<Vec<Held>, CameraError> {
+        controls::hold(self)
     }
 
     /// Whether the frames show what the projector shows at the time: a recording's do not.
@@ -101,11 +123,24 @@ pub trait Camera: Send {
 /// Opens a source of frames.
 ///
 /// `projector` is the projector's `HOST:PORT`; the simulated room needs it to learn what is on its
-/// wall.
+/// wall. The wished controls are set; a recording has none.
 ///
 /// # Errors
-/// When there is no such source or it cannot be used; the message says what there is instead.
+/// When there is no such source or it cannot be used, or does not take the wished controls; the message says
+/// what there is instead.
 pub fn open_camera(
+    spec: &CameraSpec,
+    settings: &CameraSettings,
+    projector: Option<&str>,
+) -> Result<Box<dyn Camera>, CameraError> {
+    let mut camera = open_source(spec, settings, projector)?;
+    if camera.follows_projector() {
+        controls::apply(&mut *camera, &settings.controls)?;
+    }
+    Ok(camera)
+}
+
+fn open_source(
     spec: &CameraSpec,
     settings: &CameraSettings,
     projector: Option<&str>,

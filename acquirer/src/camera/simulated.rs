@@ -4,11 +4,14 @@
 //! of that room. It learns what is projected from the projector's own notices, over a watcher's
 //! connection of its own, so the real protocol and the real programs are used; light follows a
 //! notice after the scene's display latency, and frames come at the camera's rate whatever is asked
-//! of it, torn or mixed where the picture changed during the exposure. The scene's
-//! `[faults]` are this camera's and this projector's. Frames that a slow machine cannot take in time count as overtaken.
+//! of it, torn or mixed where the picture changed during the exposure. Frames that a slow machine
+//! cannot take in time count as overtaken. It has the usual controls of a webcam, and the scene's
+//! `[faults]` are its own and the projector's.
+
+mod controls;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -17,12 +20,14 @@ use shared::protocol::{Role, Shown};
 use shared::simulation::{Room, Scene, Timeline};
 use shared::stage::Stage;
 
+use super::controls::ControlInfo;
 use super::latest::{Condition, Latest, Nothing};
 use super::scenes::load_scene;
 use super::{Camera, CameraError, CaptureFormat, Frame, Losses, PixelFormat, Rate};
 use crate::clock::monotonic_now;
 use crate::projector_link::{LinkError, LinkSettings, Notice, ProjectorLink};
 use crate::scan::Shows;
+use controls::Controls;
 
 /// Pause between two tries to reach a projector that has gone.
 const RECONNECT: Duration = Duration::from_millis(500);
@@ -45,11 +50,16 @@ struct Shared {
     /// Frames that the scene's camera lost.
     lost: AtomicU64,
     room: Mutex<Arc<Room>>,
+    controls: Mutex<Controls>,
 }
 
 impl Shared {
     fn room(&self) -> Arc<Room> {
         Arc::clone(&self.room.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn controls(&self) -> MutexGuard<'_, Controls> {
+        self.controls.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn set_room(&self, room: Arc<Room>) {
@@ -94,6 +104,7 @@ impl SimulatedCamera {
             skipped: AtomicU64::new(0),
             lost: AtomicU64::new(0),
             room: Mutex::new(Arc::clone(&room)),
+            controls: Mutex::new(Controls::new(&scene)),
         });
         let thread = std::thread::Builder::new()
             .name("simulated camera".into())
@@ -158,7 +169,7 @@ impl Camera for SimulatedCamera {
         CaptureFormat {
             width,
             height,
-            rate: rate_of(self.scene.frame_period()),
+            rate: Rate::near(1.0 / self.scene.frame_period().as_secs_f64().max(1e-3)),
             pixels: PixelFormat::Rgb,
         }
     }
@@ -200,6 +211,17 @@ impl Camera for SimulatedCamera {
         })
     }
 
+    fn controls(&self) -> Result<Vec<ControlInfo>, CameraError> {
+        if self.scene.has_no_controls() {
+            return Ok(vec![]);
+        }
+        Ok(self.shared.controls().list())
+    }
+
+    fn set_control(&mut self, id: u32, value: i64) -> Result<i64, CameraError> {
+        self.shared.controls().set(id, value)
+    }
+
     fn expect(&mut self, _shows: Shows, stage: Stage) {
         self.set_stage(stage);
     }
@@ -216,25 +238,11 @@ impl Drop for SimulatedCamera {
     }
 }
 
-/// A rate in thousandths of a frame per second, which every scene file's rate is.
-fn rate_of(period: Duration) -> Rate {
-    let milli_hz = (1000.0 / period.as_secs_f64().max(1e-3)).round();
-    let per_second = (milli_hz / 1000.0).round();
-    let whole = (milli_hz - per_second * 1000.0).abs() < 0.5;
-    let rate = if whole {
-        Rate::new(per_second as u32, 1)
-    } else {
-        Rate::new(milli_hz as u32, 1000)
-    };
-    rate.unwrap_or(Rate::per_second(1))
-}
-
 /// The thread's own state: what was projected when, and the camera's clockwork.
 struct Exposing {
     link: ProjectorLink,
     timeline: Timeline,
     period: Duration,
-    exposure: Duration,
     readout: Duration,
     scene: Scene,
     /// When to try to reach a lost projector again.
@@ -246,7 +254,6 @@ impl Exposing {
         let mut exposing = Self {
             timeline: Timeline::new(scene),
             period: scene.delivered_period(),
-            exposure: scene.exposure(),
             readout: scene.readout(),
             scene: scene.clone(),
             reconnect_at: None,
@@ -268,11 +275,14 @@ impl Exposing {
         let mut number = 0_u64;
         while !shared.stop.load(Ordering::Relaxed) {
             let start = begin + self.period.mul_f64(number as f64);
-            self.follow_projector_until(start + self.exposure + self.readout);
-            let picture = shared.room().render_at(&self.timeline, start, number);
+            let tuning = shared.controls().tuning();
+            self.follow_projector_until(start + tuning.exposure + self.readout);
+            let room = shared.room();
+            let picture = room.render_tuned(&self.timeline, start, number, &tuning);
+            shared.controls().see(&picture);
             // As with a webcam, the stamp is the begin of the read-out: the end of the first row's
             // exposure.
-            let captured_at = start + self.exposure.min(self.period);
+            let captured_at = start + tuning.exposure.min(self.period);
             if self.scene.loses(number) {
                 shared.lost.fetch_add(1, Ordering::Relaxed);
             } else {

@@ -9,7 +9,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use shared::geometry::RigCalibration;
 
 use crate::{
-    camera::CameraSpec,
+    camera::{CameraSettings, CameraSpec, ControlWish},
     config::{Config, ConfigError},
     pipeline::Method,
     process::{ProcessError, read_calibration},
@@ -24,7 +24,7 @@ use crate::{
     args_conflicts_with_subcommands = true,
     after_help = "Examples:
   acquirer demo                                       the whole rig in a simulated room
-  acquirer cameras                                    which cameras are there
+  acquirer cameras --controls                         which cameras are there, and how they can be set
   acquirer doctor --camera /dev/video0                is the rig well, and what is to be done
   acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer scan --out cup --projector 192.168.0.7:4460 --camera /dev/video0
@@ -93,12 +93,77 @@ pub struct RigArgs {
     /// path). Without it: the first camera that `acquirer cameras` lists.
     #[arg(long, value_name = "CAMERA")]
     pub camera: Option<CameraSpec>,
+    /// How the camera is set.
+    #[command(flatten)]
+    pub camera_settings: CameraArgs,
     /// Take the projector over from whoever controls it.
     #[arg(long)]
     pub take_over: bool,
     /// Settings.
     #[command(flatten)]
     pub config: ConfigArgs,
+}
+
+/// How the camera is set; what is not given is as the configuration says.
+#[derive(Debug, Clone, Default, ClapArgs)]
+pub struct CameraArgs {
+    /// Size of the frames, for example 1280x720; the nearest that the camera has.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+    /// Highest rate in frames per second, for example 30, 29.97 or 12.5.
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    rate: Option<f64>,
+    /// The only pixel format allowed: YUYV, NV12, RGB3, BGR3, MJPG or GREY.
+    #[arg(long, value_name = "CODE")]
+    format: Option<String>,
+    /// A control of the camera, for example exposure=120 (in 100 us), exposure=12ms or mains="60 Hz"; more than once
+    /// for several. `acquirer cameras --controls` lists them. They get their old values back at the end.
+    #[arg(long = "control", value_name = "KEY=VALUE")]
+    controls: Vec<ControlWish>,
+    /// Set the exposure first, so that the white-lit scene does not clip.
+    #[arg(long)]
+    pub expose: bool,
+}
+
+impl CameraArgs {
+    /// The configuration's settings with those of the command line.
+    #[must_use]
+    pub fn over(&self, settings: &CameraSettings) -> CameraSettings {
+        let mut settings = settings.clone();
+        if let Some((width, height)) = self.size {
+            (settings.width, settings.height) = (width, height);
+        }
+        if let Some(rate) = self.rate {
+            settings.max_rate = rate;
+        }
+        if let Some(format) = &self.format {
+            settings.pixel_format = format.to_ascii_uppercase();
+        }
+        for wish in &self.controls {
+            settings.controls.add(wish.clone());
+        }
+        settings
+    }
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']);
+    let sides = sides.and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    sides
+        .filter(|(width, height)| *width > 0 && *height > 0)
+        .ok_or_else(|| "give width and height in pixels, as 640x480".into())
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    let rate: Option<f64> = match text.split_once('/') {
+        Some((frames, seconds)) => {
+            let parts = frames.parse::<f64>().ok().zip(seconds.parse::<f64>().ok());
+            parts.map(|(frames, seconds)| frames / seconds)
+        }
+        None => text.parse().ok(),
+    };
+    rate.filter(|rate| rate.is_finite() && *rate > 0.0)
+        .ok_or_else(|| "give frames per second above 0, as 30, 12.5 or 30000/1001".into())
 }
 
 /// Settings.
@@ -164,7 +229,14 @@ impl ReadingArgs {
 
 /// `acquirer cameras`.
 #[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer cameras
+  acquirer cameras --controls
+  acquirer cameras --controls --json")]
 pub(super) struct CamerasArgs {
+    /// List each camera's controls too, with their ranges and what they are set to.
+    #[arg(long)]
+    pub controls: bool,
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
@@ -213,6 +285,7 @@ pub(super) struct ColoursArgs {
 #[command(after_help = "Examples:
   acquirer scan --out cup --camera /dev/video0
   acquirer scan --out cup --camera /dev/video0 --pick-colours --calibration rig.json
+  acquirer scan --out cup --camera /dev/video0 --size 1280x720 --control exposure=20ms --control gain=0
   acquirer scan --out cube --camera sim:cube --json
   acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'
   acquirer scan --out cup --camera /dev/video0 --resume      after a crash or a power cut")]

@@ -1,23 +1,44 @@
-//! `acquirer cameras`: which cameras are plugged in and what they offer, as a table or as JSON.
+//! `acquirer cameras`: which cameras are plugged in, what they offer and how they can be set, as a table or as JSON.
 
 use std::fmt::Write;
 
 use serde::Serialize;
 
-use crate::camera::v4l2::{CameraInfo, SizeInfo, list_cameras};
+use crate::camera::ControlInfo;
+use crate::camera::v4l2::{CameraInfo, SizeInfo, list_cameras, list_controls};
 
 /// What the command gives; with `--json` it goes out as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraList {
     /// The capture devices, in the order of their numbers.
-    pub cameras: Vec<CameraInfo>,
+    pub cameras: Vec<ListedCamera>,
 }
 
-/// Asks this machine for its cameras.
+/// A camera of the list.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ListedCamera {
+    /// What it is and what it offers.
+    #[serde(flatten)]
+    pub camera: CameraInfo,
+    /// Its controls, if they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controls: Option<Vec<ControlInfo>>,
+}
+
+/// Asks this machine for its cameras, and for their controls if `with_controls`.
 #[must_use]
-pub fn cameras() -> CameraList {
+pub fn cameras(with_controls: bool) -> CameraList {
+    let listed = |mut camera: CameraInfo| {
+        let controls = with_controls.then(|| {
+            list_controls(&camera.path).unwrap_or_else(|error| {
+                camera.problem.get_or_insert_with(|| error.to_string());
+                vec![]
+            })
+        });
+        ListedCamera { camera, controls }
+    };
     CameraList {
-        cameras: list_cameras(),
+        cameras: list_cameras().into_iter().map(listed).collect(),
     }
 }
 
@@ -31,7 +52,8 @@ pub fn table(list: &CameraList) -> String {
     paragraphs.join("\n")
 }
 
-fn paragraph(camera: &CameraInfo) -> String {
+fn paragraph(listed: &ListedCamera) -> String {
+    let camera = &listed.camera;
     let mut text = format!("{}  {}", camera.path.display(), camera.name);
     // Writing to a String cannot fail; the results are of a trait that is also for files.
     if !camera.driver.is_empty() {
@@ -50,7 +72,25 @@ fn paragraph(camera: &CameraInfo) -> String {
         writeln!(text, "  {}  {}{note}", format.fourcc, format.description).ok();
         text.extend(format.sizes.iter().map(size_line));
     }
+    if let Some(controls) = &listed.controls {
+        text.push_str("  controls\n");
+        text.extend(controls.iter().map(control_line));
+    }
     text
+}
+
+fn control_line(control: &ControlInfo) -> String {
+    let now = control
+        .value
+        .map_or_else(|| "not readable".into(), |value| control.value_text(value));
+    let state = match (control.read_only, control.inactive) {
+        (true, _) => "  [read only]",
+        (false, true) => "  [an automatic has it in hand]",
+        (false, false) => "",
+    };
+    let (key, range) = (&control.key, control.range_text());
+    let default = control.value_text(control.default);
+    format!("    {key:<28}{now}  (range: {range}; default: {default}){state}\n")
 }
 
 fn size_line(size: &SizeInfo) -> String {
@@ -67,8 +107,8 @@ fn size_line(size: &SizeInfo) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::Rate;
     use crate::camera::v4l2::FormatInfo;
+    use crate::camera::{ControlKind, Rate};
 
     #[test]
     fn a_camera_is_told_with_every_size_and_exact_rates() {
@@ -100,7 +140,10 @@ mod tests {
             problem: Some("in use".into()),
         };
         let list = CameraList {
-            cameras: vec![camera],
+            cameras: vec![ListedCamera {
+                camera,
+                controls: None,
+            }],
         };
         assert_eq!(
             table(&list),
@@ -111,6 +154,31 @@ mod tests {
         assert_eq!(
             json["cameras"][0]["formats"][0]["sizes"][0]["rates"][1],
             "30000/1001"
+        );
+    }
+
+    #[test]
+    fn controls_are_told_with_value_and_range() {
+        let kind = ControlKind::Number {
+            least: 1,
+            most: 5000,
+            step: 1,
+        };
+        let exposure = ControlInfo {
+            id: 0x009a_0902,
+            key: "exposure_time_absolute".into(),
+            name: "Exposure Time, Absolute".into(),
+            kind,
+            unit: Some("x 100 us"),
+            default: 157,
+            value: Some(50),
+            inactive: true,
+            read_only: false,
+        };
+        assert_eq!(
+            control_line(&exposure),
+            "    exposure_time_absolute      50 (5 ms)  (range: 1 to 5000 x 100 us; default: 157 (15.7 ms))  \
+             [an automatic has it in hand]\n"
         );
     }
 

@@ -2,17 +2,20 @@
 
 use anyhow::Context;
 
-use super::{args::ColoursArgs, console::Console, rig::open_rig};
+use super::{
+    args::ColoursArgs,
+    console::Console,
+    rig::{make_ready, open_rig},
+};
 use crate::{
     pipeline::{Projected, colour_choice::ColourSelection},
-    session::{
-        Cancel, Rig, apply_selection, grid_warnings, measure_latency, projected, try_colours,
-    },
+    session::{Cancel, Rig, apply_selection, grid_warnings, projected, try_colours},
 };
 use shared::pattern::{Palette, Rgb};
 
 pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.rig.config.load()?;
+    let mut config = args.rig.config.load()?;
+    config.exposure.set |= args.rig.camera_settings.expose;
     let palette = match &args.palette {
         None => Palette::default(),
         Some(path) => {
@@ -26,7 +29,7 @@ pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
     for warning in grid_warnings(&rig, &projected(&rig)?) {
         console.say(&format!("warning: {warning}"));
     }
-    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    make_ready(&mut rig, &config, cancel, &mut console)?;
     let selection = pick(&mut rig, &palette, !args.keep, cancel, &mut console)?;
     if args.json {
         println!("{}", serde_json::to_string(&selection)?);

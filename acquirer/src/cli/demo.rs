@@ -9,7 +9,7 @@ use shared::{
 };
 
 use super::{
-    args::{DemoArgs, RigArgs},
+    args::{CameraArgs, DemoArgs, RigArgs},
     colours,
     console::Console,
     process,
@@ -42,6 +42,7 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let rig_args = RigArgs {
         projector: address,
         camera: Some(CameraSpec::Simulated(args.scene.clone())),
+        camera_settings: CameraArgs::default(),
         take_over: false,
         config: args.config.clone(),
     };

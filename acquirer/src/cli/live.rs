@@ -5,13 +5,16 @@ use std::{
     ops::ControlFlow,
 };
 
-use super::{args::LiveArgs, console::Console, rig::open_rig};
-use crate::session::{
-    Cancel, LiveFrame, LiveSettings, grid_warnings, measure_latency, projected, read_live,
+use super::{
+    args::LiveArgs,
+    console::Console,
+    rig::{make_ready, open_rig},
 };
+use crate::session::{Cancel, LiveFrame, LiveSettings, grid_warnings, projected, read_live};
 
 pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.rig.config.load()?;
+    let mut config = args.rig.config.load()?;
+    config.exposure.set |= args.rig.camera_settings.expose;
     let calibration = args.calibration.load()?;
     let mut rig = open_rig(&args.rig, &config)?;
     let mut console = Console::new();
@@ -19,7 +22,7 @@ pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
     for warning in grid_warnings(&rig, &projected) {
         console.say(&format!("warning: {warning}"));
     }
-    measure_latency(&mut rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    make_ready(&mut rig, &config, cancel, &mut console)?;
     let settings = LiveSettings {
         mode: args.mode.into(),
         average: args.average.get().into(),

@@ -64,7 +64,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
 }
 
 fn list_cameras(args: &CamerasArgs) -> anyhow::Result<()> {
-    let list = cameras::cameras();
+    let list = cameras::cameras(args.controls);
     if args.json {
         println!("{}", serde_json::to_string(&list)?);
     } else {

@@ -8,13 +8,13 @@ use shared::{
     protocol::Role,
 };
 
-use super::args::RigArgs;
+use super::{args::RigArgs, console::Console};
 use crate::{
     camera::{CameraSpec, open_camera, v4l2::list_cameras},
     config::Config,
     projector_link::{LinkSettings, ProjectorLink},
     scan::ScanFolder,
-    session::Rig,
+    session::{Cancel, Rig, SessionError, measure_latency, set_exposure},
 };
 
 /// Connects to the projector as its controller, then opens the camera.
@@ -32,8 +32,27 @@ pub fn open_rig(args: &RigArgs, config: &Config) -> anyhow::Result<Rig> {
     if let CameraSpec::Replay(dir) = &spec {
         show_recorded_grid(&projector, dir)?;
     }
-    let camera = open_camera(&spec, &config.camera, Some(&args.projector))?;
+    let settings = args.camera_settings.over(&config.camera);
+    let camera = open_camera(&spec, &settings, Some(&args.projector))?;
     Ok(Rig::new(projector, camera))
+}
+
+/// Makes a rig ready for recording: sets the exposure if the configuration asks for it, and measures the latency.
+///
+/// # Errors
+/// As [`set_exposure`] and [`measure_latency`].
+pub(super) fn make_ready(
+    rig: &mut Rig,
+    config: &Config,
+    cancel: &Cancel,
+    console: &mut Console,
+) -> Result<(), SessionError> {
+    if config.exposure.set && rig.camera.follows_projector() {
+        let exposure = set_exposure(rig, &config.exposure, cancel, &mut |p| console.show(&p))?;
+        console.say(&exposure.sentence());
+    }
+    measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+    Ok(())
 }
 
 /// Gives the projector the grid of a recording that is replayed, so that what is recorded now is told rightly.

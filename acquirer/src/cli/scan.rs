@@ -20,7 +20,7 @@ use super::{
     colours,
     console::Console,
     process,
-    rig::{open_rig, show_grid},
+    rig::{make_ready, open_rig, show_grid},
 };
 use crate::{
     camera::CameraSpec,
@@ -33,7 +33,8 @@ use crate::{
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.reading.config(&args.rig.config)?;
+    let mut config = args.reading.config(&args.rig.config)?;
+    config.exposure.set |= args.rig.camera_settings.expose;
     let calibration = args.calibration.load()?;
     let begun = args.out.join("scan.json").exists();
     if begun && !args.resume {
@@ -180,7 +181,7 @@ impl Recording<'_> {
         cancel: &Cancel,
         console: &mut Console,
     ) -> anyhow::Result<ScanFolder> {
-        measure_latency(rig, &config.latency, cancel, &mut |p| console.show(&p))?;
+        make_ready(rig, config, cancel, console)?;
         let selection = match self.pick_colours {
             true => Some(colours::pick(
                 rig,

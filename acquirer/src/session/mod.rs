@@ -1,4 +1,4 @@
-//! What the operator does with the rig: measure the latency, choose the colours, record a scan.
+//! What the operator does with the rig: set the exposure, measure the latency, choose the colours, record a scan.
 //!
 //! Each action drives the projector through its link and takes frames from the camera; it tells its progress
 //! as [`Progress`] events and stops at the next frame when it is cancelled. Nothing here knows a window or a
@@ -6,6 +6,7 @@
 
 mod colours;
 mod doctor;
+mod exposure;
 mod latency;
 mod live;
 mod new_scan;
@@ -17,6 +18,7 @@ pub mod tagging;
 
 pub use colours::{ColourTrialResult, apply_selection, try_colours};
 pub use doctor::{Diagnosis, DoctorSettings, Examination, Finding, Measured, State, examine};
+pub use exposure::{Exposure, ExposureSettings, WholePeriods, set_exposure};
 pub use latency::{Latency, LatencySettings, measure_latency};
 pub use live::{LiveFrame, LiveMode, LiveSettings, OnFrame, read_live};
 pub use new_scan::{NewScan, grid_warnings, projected};

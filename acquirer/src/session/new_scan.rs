@@ -1,6 +1,6 @@
 //! Begins a scan folder for what the rig is about to record, with everything that belongs beside the captures.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use shared::{
     geometry::RigCalibration,
@@ -29,7 +29,7 @@ pub struct NewScan<'a> {
 }
 
 impl NewScan<'_> {
-    /// Makes the folder, and notes in it the camera, the latency if it was measured, the configuration, the choice of
+    /// Makes the folder, and notes in it the camera and its controls, the latency if it was measured, the configuration, the choice of
     /// colours and the calibration.
     ///
     /// # Errors
@@ -38,6 +38,7 @@ impl NewScan<'_> {
         let projected = projected(rig)?;
         let mut folder = ScanFolder::create(self.dir, &projected, camera_size(rig))?;
         folder.note("camera_name", &rig.camera.description())?;
+        folder.note("camera_controls", &control_values(rig))?;
         folder.note("settings", self.config)?;
         if let Some(latency) = &rig.latency {
             folder.note("latency", latency)?;
@@ -72,6 +73,18 @@ pub fn grid_warnings(rig: &Rig, projected: &Projected) -> Vec<String> {
     let mut warnings = grid.warnings(raster);
     warnings.extend(grid.camera_warnings(raster, CameraScale::filling(raster, camera_size(rig))));
     warnings
+}
+
+/// What the camera's controls are set to, by key. A camera that does not tell is recorded nevertheless.
+fn control_values(rig: &Rig) -> BTreeMap<String, i64> {
+    let controls = rig.camera.controls().unwrap_or_else(|error| {
+        tracing::warn!("the camera's controls are not noted: {error}");
+        vec![]
+    });
+    let values = controls
+        .into_iter()
+        .filter_map(|control| Some((control.key, control.value?)));
+    values.collect()
 }
 
 fn camera_size(rig: &Rig) -> RasterSize {

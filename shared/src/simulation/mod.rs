@@ -33,6 +33,8 @@ mod room;
 
 mod sensor;
 
+mod tuning;
+
 mod truth;
 
 mod line_truth;
@@ -44,3 +46,4 @@ pub use scene::{Scene, SceneError};
 pub use space::Space;
 pub use timeline::Timeline;
 pub use truth::{TruthVertex, write_truth_csv};
+pub use tuning::CameraTuning;

@@ -22,6 +22,7 @@ use super::{
     surface::albedo_of,
     timeline::Timeline,
     truth::TruthVertex,
+    tuning::CameraTuning,
 };
 use crate::{
     geometry::{CameraPixel, ProjectorPixel},
@@ -37,7 +38,8 @@ const SUBPIXELS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.7
 pub struct Room {
     space: Space,
     sensor: Sensor,
-    exposure: Duration,
+    /// The scene's own settings of the camera.
+    tuning: CameraTuning,
     readout: Duration,
     lamp: Lamp,
     pixels: Vec<Pixel>,
@@ -74,7 +76,7 @@ impl Room {
         let mut room = Self {
             space: Space::new(scene, stage),
             sensor: Sensor::new(&scene.camera, scene.random()),
-            exposure: scene.exposure(),
+            tuning: CameraTuning::of(scene),
             readout: scene.readout(),
             lamp: Lamp::new(&scene.faults),
             pixels: Vec::new(),
@@ -97,8 +99,7 @@ impl Room {
             ambient: 1.0,
             projected: vec![(light, [1.0; 3])],
         };
-        let signal = self.signal(steady);
-        self.sensor.expose(signal, frame_number)
+        self.frame(steady, frame_number, &self.tuning)
     }
 
     /// The frame whose exposure began at a time of the timeline.
@@ -112,8 +113,28 @@ impl Room {
         exposure_start: Duration,
         frame_number: u64,
     ) -> RgbImage {
-        let signal = self.signal_at(timeline, exposure_start);
-        self.sensor.expose(signal, frame_number)
+        self.render_tuned(timeline, exposure_start, frame_number, &self.tuning)
+    }
+
+    /// As [`Room::render_at`], by a camera with other settings than the scene's.
+    #[must_use]
+    pub fn render_tuned(
+        &self,
+        timeline: &Timeline,
+        exposure_start: Duration,
+        frame_number: u64,
+        tuning: &CameraTuning,
+    ) -> RgbImage {
+        let rows = (self.pixels.len() / self.width) as f64;
+        let lights = |row: usize| {
+            let start = exposure_start.saturating_add(self.readout.mul_f64(row as f64 / rows));
+            let end = start.saturating_add(tuning.exposure);
+            RowLight {
+                ambient: self.lamp.mean(start, end),
+                projected: timeline.between(start, end),
+            }
+        };
+        self.frame(lights, frame_number, tuning)
     }
 
     /// The geometry of the room.
@@ -134,20 +155,15 @@ impl Room {
         self.space.projector_at(at)
     }
 
-    /// The light that each pixel gathers in an exposure.
-    fn signal_at(&self, timeline: &Timeline, exposure_start: Duration) -> Vec<[f32; 3]> {
-        let rows = (self.pixels.len() / self.width) as f64;
-        self.signal(|row| {
-            let start = exposure_start.saturating_add(self.readout.mul_f64(row as f64 / rows));
-            let end = start.saturating_add(self.exposure);
-            RowLight {
-                ambient: self.lamp.mean(start, end),
-                projected: timeline.between(start, end),
-            }
-        })
-    }
-
-    fn signal<'a>(&self, lights: impl Fn(usize) -> RowLight<'a> + Sync) -> Vec<[f32; 3]> {
+    fn frame<'a>(
+        &self,
+        lights: impl Fn(usize) -> RowLight<'a> + Sync,
+        frame_number: u64,
+        tuning: &CameraTuning,
+    ) -> RgbImage {
+        // 1 at the scene's own exposure, whatever that is
+        let scale = tuning.exposure.as_secs_f64() / self.tuning.exposure.as_secs_f64();
+        let scale = scale as f32;
         let mut signal = vec![[0.0_f32; 3]; self.pixels.len()];
         let rows = signal
             .par_chunks_mut(self.width)
@@ -155,10 +171,10 @@ impl Room {
         rows.enumerate().for_each(|(row, (signal, pixels))| {
             let RowLight { ambient, projected } = lights(row);
             for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                *signal = pixel.ambient.map(|light| light * ambient);
+                *signal = pixel.ambient.map(|light| light * (ambient * scale));
             }
             for (light, [r, g, b]) in projected {
-                let share = Vector4::new(r, g, b, 0.0);
+                let share = Vector4::new(r, g, b, 0.0) * scale;
                 for (signal, pixel) in signal.iter_mut().zip(pixels) {
                     let gathered = pixel.gather(light).component_mul(&share);
                     signal
@@ -168,7 +184,7 @@ impl Room {
                 }
             }
         });
-        signal
+        self.sensor.expose(signal, frame_number, tuning.gains())
     }
 
     fn pixel(&self, scene: &Scene, index: usize) -> Pixel {

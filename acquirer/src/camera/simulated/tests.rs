@@ -7,6 +7,7 @@ use shared::pattern::{Pattern, RasterSize, Rgb};
 use shared::protocol::{ServerMessage, encode};
 
 use super::*;
+use crate::camera::controls::ids;
 
 /// A grey wall, and before it a white box in the second stage.
 const ROOM: &str = r##"
@@ -177,14 +178,46 @@ fn without_a_projector_there_is_no_room() {
 }
 
 #[test]
-fn a_scenes_rate_is_told_exactly() {
-    assert_eq!(
-        rate_of(Duration::from_secs_f64(1.0 / 30.0)).to_string(),
-        "30"
-    );
-    assert_eq!(
-        rate_of(Duration::from_secs_f64(1.0 / 12.5)).to_string(),
-        "12500/1000"
-    );
-    assert_eq!(rate_of(Duration::ZERO).to_string(), "1000");
+fn twice_the_exposure_is_twice_the_light_and_gain_amplifies() {
+    let projector = Projector::new();
+    let (mut camera, mut wire) = open(&projector);
+    show_white(&mut wire);
+    while middle(&camera.next_frame(SOON).unwrap()) < 60 {}
+    let mut light = |id: u32, value: i64| {
+        assert_eq!(camera.set_control(id, value).unwrap(), value);
+        // the frame that is being exposed still has the old setting
+        camera.frame_after(monotonic_now(), SOON).unwrap();
+        let frame = camera.frame_after(monotonic_now(), SOON).unwrap();
+        (f64::from(middle(&frame)) / 255.0).powf(2.2)
+    };
+    let whole = light(ids::EXPOSURE_TIME, 50);
+    let half = light(ids::EXPOSURE_TIME, 25);
+    assert!((1.8..2.2).contains(&(whole / half)), "{whole} and {half}");
+    let amplified = light(ids::GAIN, 32);
+    assert!((0.9..1.1).contains(&(amplified / whole)), "{amplified}");
+}
+
+#[test]
+fn automatics_settle_have_their_values_in_hand_and_can_be_held() {
+    let projector = Projector::new();
+    let (mut camera, mut wire) = open(&projector);
+    show_white(&mut wire);
+    while middle(&camera.next_frame(SOON).unwrap()) < 60 {}
+    let fixed = middle(&camera.next_frame(SOON).unwrap());
+    camera.set_control(ids::AUTO_EXPOSURE, 3).unwrap();
+    let refused = camera.set_control(ids::EXPOSURE_TIME, 10).unwrap_err();
+    assert!(refused.to_string().contains("automatic"), "{refused}");
+    let automatic = |camera: &mut SimulatedCamera| {
+        for _ in 0..30 {
+            camera.next_frame(SOON).unwrap();
+        }
+        middle(&camera.next_frame(SOON).unwrap())
+    };
+    let settled = automatic(&mut camera);
+    assert!(settled.abs_diff(fixed) > 8, "{fixed}, then {settled}");
+    let held = camera.hold_automatics().unwrap();
+    assert!(held.iter().all(|held| held.refused.is_none()), "{held:?}");
+    let controls = camera.controls().unwrap();
+    assert!(controls.iter().all(|control| !control.inactive));
+    assert!(automatic(&mut camera).abs_diff(settled) <= 3);
 }

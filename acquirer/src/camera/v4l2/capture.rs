@@ -11,12 +11,14 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use nokhwa::utils::{ApiBackend, CameraIndex};
 
 use super::backend::{Backend, Facts, Outcome};
+use super::controls::ControlHandle;
+use super::kept::KeptControls;
 use super::list::{self, CameraInfo};
 use super::modes;
 use crate::camera::latest::{Condition, Latest};
@@ -56,6 +58,7 @@ pub(super) struct Shared {
     lost_by_driver: AtomicU64,
     damaged: AtomicU64,
     path: Mutex<Option<PathBuf>>,
+    controls: Mutex<KeptControls>,
 }
 
 impl Shared {
@@ -66,6 +69,7 @@ impl Shared {
             lost_by_driver: AtomicU64::new(0),
             damaged: AtomicU64::new(0),
             path: Mutex::new(None),
+            controls: Mutex::new(KeptControls::default()),
         }
     }
 
@@ -95,6 +99,31 @@ impl Shared {
 
     fn set_path(&self, path: &Path) {
         *self.path.lock().unwrap_or_else(PoisonError::into_inner) = Some(path.into());
+    }
+
+    /// What was changed of the camera's controls.
+    pub(super) fn controls(&self) -> MutexGuard<'_, KeptControls> {
+        self.controls.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Sets the controls of a camera that came back as they were.
+    fn set_controls_again(&self, path: &Path) {
+        let kept = self.controls();
+        if kept.is_empty() {
+            return;
+        }
+        match ControlHandle::open(path) {
+            Ok(handle) => {
+                let refused = kept.set_again(&handle);
+                if refused > 0 {
+                    tracing::warn!(
+                        "{} refuses {refused} of the settings it had before it was unplugged",
+                        path.display()
+                    );
+                }
+            }
+            Err(error) => tracing::warn!(%error, "the controls are not set again"),
+        }
     }
 
     pub(super) fn count_damaged(&self, number: u64, damage: &Damage) {
@@ -130,6 +159,7 @@ pub(super) fn run(
         };
         tracing::info!(camera = %name, path = %found.opened.info.path.display(), "the camera is back");
         shared.set_path(&found.opened.info.path);
+        shared.set_controls_again(&found.opened.info.path);
         shared.latest.set_condition(Condition::Running);
         stream = found;
     }

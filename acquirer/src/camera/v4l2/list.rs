@@ -174,7 +174,7 @@ pub(super) fn identities() -> Vec<CameraInfo> {
         .collect()
 }
 
-fn open_error(path: &Path, error: &io::Error) -> CameraError {
+pub(super) fn open_error(path: &Path, error: &io::Error) -> CameraError {
     match error.raw_os_error() {
         Some(super::backend::EBUSY) => CameraError::Busy { path: path.into() },
         _ if error.kind() == io::ErrorKind::PermissionDenied => {

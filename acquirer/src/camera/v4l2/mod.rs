@@ -9,12 +9,14 @@
 mod backend;
 mod capture;
 mod controls;
+mod kept;
 mod list;
 mod modes;
 
-pub use controls::Held;
+pub use controls::list_controls;
 pub use list::{CameraInfo, FormatInfo, SizeInfo, list_cameras};
 
+use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,11 +24,12 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use v4l::Control;
-
 use super::latest::{Condition, Nothing};
-use super::{Camera, CameraError, CameraSettings, CaptureFormat, Frame, Losses};
+use super::{
+    Camera, CameraError, CameraSettings, CaptureFormat, ControlInfo, Frame, Losses, find_control,
+};
 use capture::{Opened, Shared};
+use controls::ControlHandle;
 
 /// How long dropping a camera waits for its thread: an unplugged device may take its time to close.
 const CLOSE_WITHIN: Duration = Duration::from_secs(2);
@@ -39,8 +42,6 @@ pub struct V4l2Camera {
     /// Disconnected when the thread has ended.
     ended: Receiver<()>,
     last_given: Option<u64>,
-    /// Controls that were changed, with the values they had.
-    controls_before: Vec<Control>,
 }
 
 impl V4l2Camera {
@@ -85,7 +86,6 @@ impl V4l2Camera {
             thread: Some(thread),
             ended,
             last_given: None,
-            controls_before: vec![],
         })
     }
 
@@ -94,6 +94,56 @@ impl V4l2Camera {
         self.shared
             .path()
             .unwrap_or_else(|| self.opened.info.path.clone())
+    }
+}
+
+impl V4l2Camera {
+    /// An error of the control handle; while the camera is away that is the reason.
+    fn or_unplugged(&self, error: CameraError) -> CameraError {
+        if self.shared.latest.condition() == Condition::Unplugged {
+            let name = self.opened.info.name.clone();
+            CameraError::Unplugged { name }
+        } else {
+            error
+        }
+    }
+
+    /// Why a control could not be set.
+    fn control_error(&self, id: u32, error: &io::Error) -> CameraError {
+        let controls = match self.controls() {
+            Ok(controls) => controls,
+            Err(error) => return error,
+        };
+        match find_control(&controls, &format!("{id:#010x}")) {
+            Ok(control) => CameraError::ControlRefused {
+                control: control.key.clone(),
+                reason: if control.inactive {
+                    "an automatic has it in hand; switch that off first".into()
+                } else {
+                    error.to_string()
+                },
+            },
+            Err(none) => none,
+        }
+    }
+
+    /// Gives the controls the values they had.
+    fn restore_controls(&self) {
+        let mut kept = self.shared.controls();
+        if kept.is_empty() {
+            return;
+        }
+        let camera = &self.opened.info.name;
+        match ControlHandle::open(&self.path()) {
+            Ok(handle) => {
+                for (id, error) in kept.restore(&handle) {
+                    tracing::warn!(%camera, %error, "control {id:#010x} does not get its old value back");
+                }
+            }
+            Err(error) => {
+                tracing::warn!(%camera, %error, "the camera's controls do not get their old values back");
+            }
+        }
     }
 }
 
@@ -117,12 +167,15 @@ impl Camera for V4l2Camera {
         self.shared.losses()
     }
 
-    fn hold_automatics(&mut self) -> Result<Vec<Held>, CameraError> {
-        let (held, before) = controls::hold_automatics(&self.path())?;
-        if self.controls_before.is_empty() {
-            self.controls_before = before;
-        }
-        Ok(held)
+    fn controls(&self) -> Result<Vec<ControlInfo>, CameraError> {
+        let path = self.path();
+        controls::list_controls(&path).map_err(|error| self.or_unplugged(error))
+    }
+
+    fn set_control(&mut self, id: u32, value: i64) -> Result<i64, CameraError> {
+        let handle = ControlHandle::open(&self.path()).map_err(|error| self.or_unplugged(error))?;
+        let outcome = self.shared.controls().set(&handle, id, value);
+        outcome.map_err(|error| self.control_error(id, &error))
     }
 
     fn next_frame(&mut self, timeout: Duration) -> Result<Frame, CameraError> {
@@ -166,12 +219,7 @@ impl Camera for V4l2Camera {
 
 impl Drop for V4l2Camera {
     fn drop(&mut self) {
-        let before = std::mem::take(&mut self.controls_before);
-        if !before.is_empty()
-            && let Err(error) = controls::restore(&self.path(), before)
-        {
-            tracing::debug!(%error, "the camera's automatics stay off");
-        }
+        self.restore_controls();
         self.shared.stop();
         // Nothing is ever sent: an end shows as a disconnection, a time-out as a driver that hangs.
         let hangs = matches!(

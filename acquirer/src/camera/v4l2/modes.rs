@@ -24,6 +24,9 @@ const USUAL_SIZES: [(u32, u32); 8] = [
 /// Rates that a range is represented by, besides its ends.
 const USUAL_RATES: [u32; 8] = [5, 10, 15, 20, 25, 30, 50, 60];
 
+/// Drivers round the time between frames: 30 per second comes as 10000000/333333 too.
+const RATE_ERROR: f64 = 0.001;
+
 /// Sizes as (width, height), largest first.
 pub(super) fn sizes(enumerated: Vec<FrameSize>) -> Vec<(u32, u32)> {
     let mut sizes: Vec<_> = enumerated
@@ -98,7 +101,7 @@ pub(super) fn choose(formats: &[FormatInfo], wish: &CameraSettings) -> Option<Ca
     candidates(formats, wish).min_by_key(|mode| {
         let distance = mode.width.abs_diff(wish.width) + mode.height.abs_diff(wish.height);
         let rate = whole(mode.rate);
-        let (too_fast, slowness) = if rate <= wish.max_rate.max(1) {
+        let (too_fast, slowness) = if mode.rate.hz() <= wish.max_rate * (1.0 + RATE_ERROR) {
             (0, u32::MAX - rate)
         } else {
             (1, rate)
@@ -127,7 +130,7 @@ fn candidates(
         .flat_map(|(pixels, format)| format.sizes.iter().map(move |size| (pixels, size)))
         .flat_map(|(pixels, size)| {
             // A driver that does not tell its rates gets the wish and answers with what it does.
-            let asked = Rate::per_second(wish.max_rate);
+            let asked = Rate::near(wish.max_rate);
             let rates = if size.rates.is_empty() {
                 vec![asked]
             } else {
@@ -198,7 +201,7 @@ mod tests {
     #[test]
     fn the_nearest_size_and_the_highest_rate_up_to_the_limit_are_taken() {
         let wish = CameraSettings {
-            max_rate: 30,
+            max_rate: 30.0,
             ..CameraSettings::default()
         };
         let formats = [offer(
@@ -217,6 +220,28 @@ mod tests {
         assert_eq!(
             chosen(&only_fast, &wish),
             "640x480 YUYV at 60 frames per second"
+        );
+    }
+
+    #[test]
+    fn a_fractional_limit_takes_that_rate() {
+        let wish = CameraSettings {
+            max_rate: 12.5,
+            ..CameraSettings::default()
+        };
+        let rates = [(30, 1), (25, 2), (10, 1)];
+        let formats = [offer("YUYV", &[(640, 480, &rates)])];
+        assert_eq!(
+            chosen(&formats, &wish),
+            "640x480 YUYV at 25/2 frames per second"
+        );
+        let rounded = [offer(
+            "YUYV",
+            &[(640, 480, &[(10_000_000, 333_333), (15, 1)])],
+        )];
+        assert_eq!(
+            chosen(&rounded, &CameraSettings::default()),
+            "640x480 YUYV at 10000000/333333 frames per second"
         );
     }
 
@@ -243,7 +268,7 @@ mod tests {
     fn a_wished_format_is_the_only_one_looked_at_and_unknown_rates_are_asked_for() {
         let wish = CameraSettings {
             pixel_format: "NV12".into(),
-            max_rate: 20,
+            max_rate: 20.0,
             ..CameraSettings::default()
         };
         let formats = [

@@ -6,7 +6,7 @@ use shared::{protocol::View, stage::Stage};
 
 use super::{Examination, Light};
 use crate::{
-    camera::{Frame, Held, Losses},
+    camera::{ControlInfo, Frame, Held, Losses, controls::ids},
     clock::monotonic_now,
     pipeline::response::Response,
     scan::Shows,
@@ -21,6 +21,9 @@ const SETTLE: Duration = Duration::from_millis(600);
 const BLACK: Duration = Duration::from_millis(1200);
 /// How long white is looked at: the automatics of webcams settle in one or two seconds.
 const WHITE: Duration = Duration::from_millis(2500);
+
+/// V4L2's unit of exposure time, in milliseconds.
+const EXPOSURE_UNIT_MS: f64 = 0.1;
 
 /// The rig and how to speak to the operator.
 pub(super) struct Bench<'a> {
@@ -100,10 +103,31 @@ impl<'a> Bench<'a> {
         self.first.zip(self.last)
     }
 
-    /// The exposure of a row as it was measured, in milliseconds, where it is known to a quarter.
+    /// The exposure of a row in milliseconds: as the camera says, else as it was measured, where it is known to a
+    /// quarter.
     pub(super) fn exposure_ms(&self) -> Option<f64> {
+        let said = self.exposure_control().and_then(|control| control.value);
+        if let Some(value) = said {
+            return Some(value as f64 * EXPOSURE_UNIT_MS);
+        }
         let exposure = self.rig.latency.as_ref()?.timing.exposure;
         (exposure.uncertainty_ms < 0.25 * exposure.ms).then_some(exposure.ms)
+    }
+
+    /// How the operator sets an exposure of so many milliseconds.
+    pub(super) fn how_to_expose(&self, ms: f64) -> String {
+        if self.exposure_control().is_some() {
+            format!("add --control exposure={ms:.1}ms to this and other commands")
+        } else {
+            "by the camera's own switch or program, since it lets no other program do that".into()
+        }
+    }
+
+    fn exposure_control(&self) -> Option<ControlInfo> {
+        let controls = self.rig.camera.controls().ok()?;
+        controls
+            .into_iter()
+            .find(|control| control.id == ids::EXPOSURE_TIME)
     }
 
     /// Share of the frames so far that came while this program was busy with others.

@@ -20,6 +20,7 @@ pub(in crate::simulation) struct FaultsTable {
     #[serde(deserialize_with = "checked::fraction")]
     pub(in crate::simulation) keystone: f64,
     pub(in crate::simulation) other_output: Option<Rgb>,
+    pub(in crate::simulation) no_controls: bool,
     #[serde(deserialize_with = "checked::non_negative")]
     pub(in crate::simulation) delivered_rate_hz: f64,
     #[serde(deserialize_with = "checked::fraction")]
@@ -35,6 +36,7 @@ impl Default for FaultsTable {
             picture_scale: [1.0, 1.0],
             keystone: 0.0,
             other_output: None,
+            no_controls: false,
             delivered_rate_hz: 0.0,
             lost_share: 0.0,
         }

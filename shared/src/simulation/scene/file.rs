@@ -67,6 +67,10 @@ pub(in crate::simulation) struct CameraTable {
     pub(in crate::simulation) exposure_ms: f64,
     #[serde(default, deserialize_with = "checked::non_negative")]
     pub(in crate::simulation) readout_ms: f64,
+    #[serde(default)]
+    pub(in crate::simulation) auto_exposure: bool,
+    #[serde(default)]
+    pub(in crate::simulation) auto_white_balance: bool,
 }
 
 /// How the camera codes linear light in 8 bits.

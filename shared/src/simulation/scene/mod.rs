@@ -103,6 +103,12 @@ impl Scene {
         }
     }
 
+    /// Whether the camera has no controls that programs may set.
+    #[must_use]
+    pub fn has_no_controls(&self) -> bool {
+        self.faults.no_controls
+    }
+
     /// Whether a frame is lost on its way from the camera.
     #[must_use]
     pub fn loses(&self, frame_number: u64) -> bool {
@@ -119,6 +125,18 @@ impl Scene {
     #[must_use]
     pub fn readout(&self) -> Duration {
         milliseconds(self.camera.readout_ms)
+    }
+
+    /// Whether the camera sets its exposure by itself when it is opened.
+    #[must_use]
+    pub fn auto_exposure(&self) -> bool {
+        self.camera.auto_exposure
+    }
+
+    /// Whether the camera sets its white balance by itself when it is opened.
+    #[must_use]
+    pub fn auto_white_balance(&self) -> bool {
+        self.camera.auto_white_balance
     }
 
     /// The true calibration of the rig.

@@ -82,8 +82,14 @@ impl Sensor {
         }
     }
 
-    /// The frame that the sensor makes of light; `signal` holds one entry per pixel.
-    pub(super) fn expose(&self, mut signal: Vec<[f32; 3]>, frame_number: u64) -> RgbImage {
+    /// The frame that the sensor makes of light; `signal` holds one entry per pixel. `gains` amplify red, green and
+    /// blue after the sensor.
+    pub(super) fn expose(
+        &self,
+        mut signal: Vec<[f32; 3]>,
+        frame_number: u64,
+        gains: [f32; 3],
+    ) -> RgbImage {
         if self.blur_weights.len() > 1 {
             signal = self.blur(&signal);
         }
@@ -94,7 +100,7 @@ impl Sensor {
         } else {
             self.expose_all_colours(&mut signal, random);
         }
-        self.compress(self.develop(&signal))
+        self.compress(self.develop(&signal, gains))
     }
 
     /// One exposed, noisy colour per pixel.
@@ -141,7 +147,7 @@ impl Sensor {
         (exposed + noise * self.noise.deviation(exposed)).min(1.0)
     }
 
-    fn develop(&self, signal: &[[f32; 3]]) -> Vec<u8> {
+    fn develop(&self, signal: &[[f32; 3]], gains: [f32; 3]) -> Vec<u8> {
         let mut bytes = vec![0; 3 * signal.len()];
         let last = (TONE_STEPS - 1) as f32;
         let rows = bytes
@@ -150,7 +156,7 @@ impl Sensor {
         rows.for_each(|(bytes, signal)| {
             for (bytes, pixel) in bytes.chunks_exact_mut(3).zip(signal) {
                 for c in 0..3 {
-                    let level = (pixel[c] * self.white_balance[c]).clamp(0.0, 1.0);
+                    let level = (pixel[c] * self.white_balance[c] * gains[c]).clamp(0.0, 1.0);
                     bytes[c] = self.tone[(level * last + 0.5) as usize];
                 }
             }

@@ -171,6 +171,44 @@ fn mild_faults_are_none() {
     );
 }
 
+/// Automatics that can be held are held.
+#[test]
+fn automatics_that_obey_are_none() {
+    is_well(
+        "cube",
+        &[
+            ("camera", "auto_exposure", "true"),
+            ("camera", "auto_white_balance", "true"),
+        ],
+    );
+}
+
+#[test]
+fn automatic_exposure_that_cannot_be_held_is_found() {
+    finds(
+        "cube",
+        &[
+            ("camera", "auto_exposure", "true"),
+            ("faults", "no_controls", "true"),
+        ],
+        ("automatics", &["automatic exposure", "cameras --controls"]),
+    );
+}
+
+#[test]
+fn automatic_white_balance_that_cannot_be_held_is_found() {
+    finds(
+        "cube",
+        &[
+            ("camera", "auto_white_balance", "true"),
+            ("ambient", "colour", "\"#ff8040\""),
+            ("ambient", "level", "0.3"),
+            ("faults", "no_controls", "true"),
+        ],
+        ("automatics", &["white balance"]),
+    );
+}
+
 /// An exposure of whole swings hides them, however strong they are.
 #[test]
 fn flicker_that_the_exposure_hides_is_none() {

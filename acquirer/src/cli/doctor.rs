@@ -10,7 +10,10 @@ use super::{
 };
 use crate::{
     camera::CameraSpec,
-    session::{Cancel, Diagnosis, Examination, Finding, Measured, State, examine},
+    session::{
+        Cancel, Diagnosis, Examination, Finding, Measured, SessionError, State, examine,
+        set_exposure,
+    },
 };
 
 /// Width of a line on the operator's terminal.
@@ -29,9 +32,20 @@ pub(super) fn run(args: &DoctorArgs, cancel: &Cancel) -> anyhow::Result<()> {
             .error(ErrorKind::ValueValidation, message)
             .exit();
     }
-    let config = args.rig.config.load()?;
+    let mut config = args.rig.config.load()?;
+    config.exposure.set |= args.rig.camera_settings.expose;
     let mut rig = open_rig(&args.rig, &config)?;
     let mut console = Console::new();
+    if config.exposure.set {
+        let exposure = set_exposure(&mut rig, &config.exposure, cancel, &mut |p| {
+            console.show(&p)
+        });
+        console.say(&match exposure {
+            Ok(exposure) => exposure.sentence(),
+            Err(SessionError::Cancelled) => return Err(SessionError::Cancelled.into()),
+            Err(error) => format!("the exposure can't be set: {error}"),
+        });
+    }
     let examination = Examination {
         limits: &config.doctor,
         latency: &config.latency,

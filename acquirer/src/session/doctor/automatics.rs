@@ -63,8 +63,8 @@ pub(super) fn examine(bench: &Bench, step: &Step, pictures: &Pictures) -> Findin
             100.0 * half_white
         )
     };
-    let fix = "switch off automatic exposure, gain and white balance, and set them by hand: `acquirer cameras` lists \
-               what the camera lets programs set, some cameras have a switch or a program of their own; a projector's \
+    let fix = "switch off automatic exposure, gain and white balance, and set them by hand: `acquirer cameras --controls` lists \
+               what the camera lets programs set (--control KEY=VALUE sets it), some cameras have a switch or a program of their own; a projector's \
                dynamic contrast or automatic iris does the same to the picture and must be off too";
     Finding::bad("automatics", measured, says, fix.into())
 }

@@ -22,16 +22,17 @@ pub(super) fn examine(bench: &Bench, pictures: &Pictures, lamps: &Lamps) -> Find
     let good = format!("white swings by {:.1} %", 100.0 * swing);
     Finding::judged("colour_wheel", measured, good, || {
         let exposure_ms = bench.exposure_ms();
-        let now = exposure_ms.map_or_else(String::new, |ms| format!(" from about {ms:.0} ms"));
+        let now = exposure_ms.map_or_else(String::new, |ms| format!(" from {ms:.1} ms"));
         let says = format!(
             "the projector's white swings by {:.0} % in brightness or colour: it shows its colours one after the other, \
              and the exposure does not hold whole turns",
             100.0 * swing
         );
         let fix = format!(
-            "set the camera's exposure{now} to {PICTURE_MS:.1} ms (1/60 s) or {:.1} ms (1/30 s), and the projector to 60 \
-             pictures a second; make up for the brightness with gain or aperture",
-            2.0 * PICTURE_MS
+            "set the camera's exposure{now} to {PICTURE_MS:.1} ms (1/60 s) or {:.1} ms (1/30 s) ({}), and the projector \
+             to 60 pictures a second; make up for the brightness with gain or aperture",
+            2.0 * PICTURE_MS,
+            bench.how_to_expose(PICTURE_MS)
         );
         (says, fix)
     })

@@ -43,33 +43,44 @@ pub(super) fn examine(bench: &Bench, lit: &Lit) -> Finding {
         100.0 * lit.clipped
     );
     Finding::judged("exposure", measured, good, || {
-        let exposure_ms = bench.exposure_ms();
         if lit.clipped > limits.clipped {
             let says = format!("{:.0} % of the lit pixels are clipped", 100.0 * lit.clipped);
-            return (says, format!("{} and run this again", shorter(exposure_ms)));
+            return (says, format!("{} and run this again", shorter(bench)));
         }
         let factor = (AIM / lit.bright.max(1.0)).powf(GAMMA);
         let says = format!(
             "the scene is dark: white stands {:.0} levels above black where {:.0} are needed",
             lit.levels, limits.levels
         );
-        (says, longer(exposure_ms, factor))
+        (says, longer(bench, factor))
     })
 }
 
-fn shorter(exposure_ms: Option<f64>) -> String {
-    let now = exposure_ms.map(|ms| format!(" (about {ms:.0} ms) to about {:.0} ms", ms / 2.0));
+fn shorter(bench: &Bench) -> String {
+    let now = bench.exposure_ms().map(|ms| {
+        let half = ms / 2.0;
+        format!(
+            " ({ms:.1} ms) to {half:.1} ms ({})",
+            bench.how_to_expose(half)
+        )
+    });
     format!(
-        "halve the camera's exposure time{} or its gain, or close its aperture by one stop,",
+        "halve the camera's exposure time{} or its gain, or close its aperture by one stop, or let --expose find it;",
         now.unwrap_or_default()
     )
 }
 
-fn longer(exposure_ms: Option<f64>, factor: f64) -> String {
-    let now = exposure_ms.map(|ms| format!(" (from about {ms:.0} to {:.0} ms)", ms * factor));
+fn longer(bench: &Bench, factor: f64) -> String {
+    let now = bench.exposure_ms().map(|ms| {
+        let then = ms * factor;
+        format!(
+            " ({then:.1} ms instead of {ms:.1}; {})",
+            bench.how_to_expose(then)
+        )
+    });
     format!(
-        "expose {factor:.1} times longer{}, or open the aperture, raise the projector's brightness, go nearer, or raise \
-         the gain",
+        "expose {factor:.1} times longer{}, or let --expose find it, open the aperture, raise the projector's \
+         brightness, go nearer, or raise the gain",
         now.unwrap_or_default()
     )
 }

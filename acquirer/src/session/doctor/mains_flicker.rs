@@ -47,32 +47,30 @@ pub(super) fn examine(bench: &Bench, pictures: &Pictures) -> Lamps {
             "the room's light swings by {:.1} % of the projector's white{rhythm}: a lamp flickers",
             100.0 * swing
         );
-        (says, advice(hz, bench.exposure_ms()))
+        (says, advice(bench, hz))
     });
     let direction = (!finding.is_good()).then_some(direction);
     Lamps { finding, direction }
 }
 
-fn advice(hz: Option<f64>, exposure_ms: Option<f64>) -> String {
-    let times = match hz {
-        Some(hz) => whole_swings(hz, exposure_ms),
-        None => "10 ms or 20 ms (50 Hz mains), or 8.3 ms or 16.7 ms (60 Hz mains)".into(),
-    };
-    let now = exposure_ms.map_or_else(String::new, |ms| format!(" from about {ms:.0} ms"));
-    format!(
-        "switch the lamps off or draw the blinds, or set the camera's exposure{now} to whole swings of the light: {times}"
-    )
-}
-
-/// Exposures of whole swings near the present one.
-fn whole_swings(hz: f64, exposure_ms: Option<f64>) -> String {
-    let swing_ms = 1000.0 / hz;
+fn advice(bench: &Bench, hz: Option<f64>) -> String {
+    let exposure_ms = bench.exposure_ms();
+    let now = exposure_ms.map_or_else(String::new, |ms| format!(" from {ms:.1} ms"));
+    let swing_ms = 1000.0 / hz.unwrap_or(MAINS_HZ[0]);
     let swings = (exposure_ms.unwrap_or(swing_ms) / swing_ms)
         .round()
         .max(1.0);
+    let times = match hz {
+        Some(_) => format!(
+            "{:.1} ms or {:.1} ms",
+            swings * swing_ms,
+            (swings + 1.0) * swing_ms
+        ),
+        None => "10 ms or 20 ms (50 Hz mains), or 8.3 ms or 16.7 ms (60 Hz mains)".into(),
+    };
     format!(
-        "{:.1} ms or {:.1} ms",
-        swings * swing_ms,
-        (swings + 1.0) * swing_ms
+        "switch the lamps off or draw the blinds, or set the camera's exposure{now} to whole swings of the light: \
+         {times} ({})",
+        bench.how_to_expose(swings * swing_ms)
     )
 }

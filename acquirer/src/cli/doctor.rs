@@ -38,7 +38,7 @@ pub(super) fn run(args: &DoctorArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut console = Console::new();
     if config.exposure.set {
         let exposure = set_exposure(&mut rig, &config.exposure, cancel, &mut |p| {
-            console.show(&p)
+            console.show(&p);
         });
         console.say(&match exposure {
             Ok(exposure) => exposure.sentence(),

@@ -9,7 +9,9 @@ use super::{
 };
 use crate::{
     pipeline::{Projected, colour_choice::ColourSelection},
-    session::{Cancel, Rig, apply_selection, grid_warnings, projected, try_colours},
+    session::{
+        Cancel, ColourTrialOrder, Rig, apply_selection, grid_warnings, projected, try_colours,
+    },
 };
 use shared::pattern::{Palette, Rgb};
 
@@ -48,9 +50,12 @@ pub(super) fn pick(
     console: &mut Console,
 ) -> anyhow::Result<ColourSelection> {
     let now = projected(rig)?;
-    let trial = try_colours(rig, palette, &now, current(&now), cancel, &mut |p| {
-        console.show(&p);
-    })?;
+    let order = ColourTrialOrder {
+        palette,
+        projected: &now,
+        current: current(&now),
+    };
+    let trial = try_colours(rig, &order, cancel, &mut |p| console.show(&p), None)?;
     if apply {
         apply_selection(rig, &trial.selection)?;
     }

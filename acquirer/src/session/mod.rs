@@ -16,11 +16,11 @@ mod scan;
 mod sequence;
 pub mod tagging;
 
-pub use colours::{ColourTrialResult, apply_selection, try_colours};
+pub use colours::{ColourTrialOrder, ColourTrialResult, OnMeasured, apply_selection, try_colours};
 pub use doctor::{Diagnosis, DoctorSettings, Examination, Finding, Measured, State, examine};
 pub use exposure::{Exposure, ExposureSettings, WholePeriods, set_exposure};
 pub use latency::{Latency, LatencySettings, measure_latency};
-pub use live::{LiveFrame, LiveMode, LiveSettings, OnFrame, read_live};
+pub use live::{LiveFrame, LiveMode, LiveSettings, LiveView, OnFrame, read_live};
 pub use new_scan::{NewScan, grid_warnings, projected};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};

@@ -159,7 +159,7 @@ fn format(model: &mut Model, ui: &mut Ui) {
             .show_ui(ui, |ui| {
                 for rate in RATES {
                     let text = format!("{rate} per second");
-                    ui.selectable_value(&mut settings.max_rate, rate, text);
+                    ui.selectable_value(&mut settings.max_rate, f64::from(rate), text);
                 }
             });
         combo.response.labelled_by(label.id);

@@ -41,6 +41,8 @@ pub mod surface;
 
 pub mod result;
 
+pub mod densify;
+
 mod pictures;
 mod reader;
 mod settings;
@@ -54,7 +56,7 @@ pub mod colour_choice;
 use image::RgbImage;
 use shared::{
     geometry::RigCalibration,
-    pattern::{Axis, GridSettings, RasterSize, Rgb},
+    pattern::{Axis, GridSettings, RasterSize},
 };
 use thiserror::Error;
 
@@ -109,8 +111,6 @@ pub struct Captures {
     pub prmvs: Vec<RgbImage>,
     /// The single-colour grid. May be empty; the coded grid then gives the geometry as well.
     pub unary: Vec<RgbImage>,
-    /// Other solid colours.
-    pub solid: Vec<(Rgb, RgbImage)>,
 }
 
 impl Captures {
@@ -122,14 +122,9 @@ impl Captures {
             ("black", &self.black),
             ("white", &self.white),
         ];
-        let known = known
+        known
             .into_iter()
-            .flat_map(|(what, frames)| frames.iter().map(move |frame| (what.to_owned(), frame)));
-        let solid = self
-            .solid
-            .iter()
-            .map(|(colour, frame)| (colour.to_string(), frame));
-        known.chain(solid)
+            .flat_map(|(what, frames)| frames.iter().map(move |frame| (what.to_owned(), frame)))
     }
 }
 

@@ -16,6 +16,7 @@ use super::{
     PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes,
     colours::{ColourBuffers, ColouredLines, Colours, find_colours, nominal_response},
     crossings::find_crossings,
+    densify::KnownPlaces,
     gain::{GainBuffers, GainFilter, GainImage, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
     line_light::LineLight,
@@ -139,6 +140,11 @@ impl Reader {
             grid: DecodedGrid::default(),
             pictures: Vec::new(),
         })
+    }
+
+    /// Tells what is known of the places on the projector, from now on.
+    pub(super) fn expect_places(&mut self, known: KnownPlaces) {
+        self.decoding.expect_places(known);
     }
 
     /// Reads one frame of the coded grid.

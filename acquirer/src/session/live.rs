@@ -128,7 +128,9 @@ impl<'a> Live<'a> {
         settings: &'a LiveSettings,
         cancel: &'a Cancel,
     ) -> Result<Self, SessionError> {
-        let RecordSettings { references, grids } = settings.record;
+        let RecordSettings {
+            references, grids, ..
+        } = settings.record;
         let last = match settings.mode {
             LiveMode::Static | LiveMode::Dynamic => [Shows::Unary, Shows::Prmvs],
             LiveMode::Tracking => [Shows::Prmvs, Shows::Unary],

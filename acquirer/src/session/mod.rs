@@ -7,6 +7,7 @@
 mod colours;
 mod doctor;
 mod exposure;
+mod finer;
 mod latency;
 mod live;
 mod new_scan;
@@ -21,7 +22,7 @@ pub use doctor::{Diagnosis, DoctorSettings, Examination, Finding, Measured, Stat
 pub use exposure::{Exposure, ExposureSettings, WholePeriods, set_exposure};
 pub use latency::{Latency, LatencySettings, measure_latency};
 pub use live::{LiveFrame, LiveMode, LiveSettings, LiveView, OnFrame, read_live};
-pub use new_scan::{NewScan, grid_warnings, projected};
+pub use new_scan::{NewScan, grid_warnings, projected, recording_warnings};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};
 pub use scan::{RecordSettings, record_stage};

@@ -32,8 +32,8 @@ pub enum SessionError {
     /// The captures can't be used.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
-    /// The pictures of an examination can't be drawn on this projector.
-    #[error("this projector can't show the examination's lines: {0}")]
+    /// A grid that can't be shown.
+    #[error(transparent)]
     Pattern(#[from] PatternError),
     /// The camera's picture does not follow the projector's.
     #[error(

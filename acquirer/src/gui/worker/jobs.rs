@@ -13,8 +13,8 @@ use crate::{
     gui::events::{Event, Job, Who},
     scan::{ScanFolder, Shows, fresh_folder},
     session::{
-        ColourTrialOrder, NewScan, Progress, Rig, apply_selection, grid_warnings, measure_latency,
-        projected, record_stage, try_colours,
+        ColourTrialOrder, NewScan, Progress, Rig, apply_selection, measure_latency, projected,
+        record_stage, recording_warnings, try_colours,
     },
 };
 
@@ -149,7 +149,7 @@ impl RigWorker {
 
     fn new_folder(&self, rig: &Rig, session: &Session) -> anyhow::Result<ScanFolder> {
         let now = projected(rig)?;
-        for warning in grid_warnings(rig, &now) {
+        for warning in recording_warnings(rig, &now, &self.config.record)? {
             self.teller.tell(Event::Note(format!("warning: {warning}")));
         }
         let scan = NewScan {

@@ -11,7 +11,7 @@ use thiserror::Error;
 use crate::{
     camera::CameraSettings,
     pipeline::{Method, PipelineSettings, shift::ShiftSettings},
-    session::{ExposureSettings, LatencySettings, RecordSettings},
+    session::{DoctorSettings, ExposureSettings, LatencySettings, RecordSettings},
 };
 
 /// Every setting of the acquirer; `config/acquirer.toml` explains each key and holds the built-in values.
@@ -24,6 +24,8 @@ pub struct Config {
     pub exposure: ExposureSettings,
     /// How the latency is measured.
     pub latency: LatencySettings,
+    /// Up to where `acquirer doctor` calls things good.
+    pub doctor: DoctorSettings,
     /// How often each picture of a recording is taken.
     pub record: RecordSettings,
     /// How captures are read.

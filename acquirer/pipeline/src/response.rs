@@ -113,6 +113,12 @@ impl Response {
         self.table[usize::from(byte)]
     }
 
+    /// Whether a channel with this byte counts as clipped.
+    #[must_use]
+    pub fn is_clipped(&self, byte: u8) -> bool {
+        byte >= self.clipped_from
+    }
+
     /// The mean linear light of one row of repeated captures, red, green and blue; at least [`CLIPPED_LIGHT`]
     /// where any of them was clipped. The rows of `light` must be as long as the captures'.
     pub(super) fn light_row(&self, repeats: &[RgbImage], y: usize, light: &mut [Vec<f32>; 3]) {

@@ -4,8 +4,9 @@
 //! of that room. It learns what is projected from the projector's own notices, over a watcher's
 //! connection of its own, so the real protocol and the real programs are used; light follows a
 //! notice after the scene's display latency, and frames come at the camera's rate whatever is asked
-//! of it, torn or mixed where the picture changed during the exposure. A machine too slow for the
-//! rate loses frames, as a bus does. It has the usual controls of a webcam.
+//! of it, torn or mixed where the picture changed during the exposure. Frames that a slow machine
+//! cannot take in time count as overtaken. It has the usual controls of a webcam, and the scene's
+//! `[faults]` are its own and the projector's.
 
 mod controls;
 
@@ -44,7 +45,10 @@ struct Taken {
 struct Shared {
     latest: Latest<Taken>,
     stop: AtomicBool,
+    /// Frames that the machine was too slow to take.
     skipped: AtomicU64,
+    /// Frames that the scene's camera lost.
+    lost: AtomicU64,
     room: Mutex<Arc<Room>>,
     controls: Mutex<Controls>,
 }
@@ -98,6 +102,7 @@ impl SimulatedCamera {
             latest: Latest::new(),
             stop: AtomicBool::new(false),
             skipped: AtomicU64::new(0),
+            lost: AtomicU64::new(0),
             room: Mutex::new(Arc::clone(&room)),
             controls: Mutex::new(Controls::new(&scene)),
         });
@@ -170,11 +175,11 @@ impl Camera for SimulatedCamera {
     }
 
     fn losses(&self) -> Losses {
-        let by_driver = self.shared.skipped.load(Ordering::Relaxed);
+        let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Losses {
-            by_driver,
+            by_driver: count(&self.shared.lost),
             damaged: 0,
-            overtaken: self.shared.latest.overtaken(),
+            overtaken: self.shared.latest.overtaken() + count(&self.shared.skipped),
         }
     }
 
@@ -207,6 +212,9 @@ impl Camera for SimulatedCamera {
     }
 
     fn controls(&self) -> Result<Vec<ControlInfo>, CameraError> {
+        if self.scene.has_no_controls() {
+            return Ok(vec![]);
+        }
         Ok(self.shared.controls().list())
     }
 
@@ -236,6 +244,7 @@ struct Exposing {
     timeline: Timeline,
     period: Duration,
     readout: Duration,
+    scene: Scene,
     /// When to try to reach a lost projector again.
     reconnect_at: Option<Duration>,
 }
@@ -244,8 +253,9 @@ impl Exposing {
     fn new(scene: &Scene, link: ProjectorLink) -> Self {
         let mut exposing = Self {
             timeline: Timeline::new(scene),
-            period: scene.frame_period(),
+            period: scene.delivered_period(),
             readout: scene.readout(),
+            scene: scene.clone(),
             reconnect_at: None,
             link,
         };
@@ -273,18 +283,23 @@ impl Exposing {
             // As with a webcam, the stamp is the begin of the read-out: the end of the first row's
             // exposure.
             let captured_at = start + tuning.exposure.min(self.period);
-            shared.latest.put(Taken {
-                picture,
-                number,
-                captured_at,
-            });
+            if self.scene.loses(number) {
+                shared.lost.fetch_add(1, Ordering::Relaxed);
+            } else {
+                shared.latest.put(Taken {
+                    picture,
+                    number,
+                    captured_at,
+                });
+            }
             self.timeline.forget_before(start.saturating_sub(MEMORY));
             let due = (monotonic_now().saturating_sub(begin).as_secs_f64()
                 / self.period.as_secs_f64()) as u64;
             let next = due.max(number + 1);
-            shared
-                .skipped
-                .fetch_add(next - number - 1, Ordering::Relaxed);
+            let lost = (number + 1..next).filter(|&k| self.scene.loses(k)).count() as u64;
+            shared.lost.fetch_add(lost, Ordering::Relaxed);
+            let skipped = next - number - 1 - lost;
+            shared.skipped.fetch_add(skipped, Ordering::Relaxed);
             number = next;
         }
     }

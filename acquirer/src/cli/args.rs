@@ -25,6 +25,7 @@ use crate::{
     after_help = "Examples:
   acquirer demo                                       the whole rig in a simulated room
   acquirer cameras --controls                         which cameras are there, and how they can be set
+  acquirer doctor --camera /dev/video0                is the rig well, and what is to be done
   acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer scan --out cup --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer live --camera /dev/video0 --json           read every frame, one line each
@@ -62,6 +63,9 @@ pub(super) struct WindowArgs {
 pub(super) enum Command {
     /// List the cameras with their formats, sizes and rates.
     Cameras(CamerasArgs),
+    /// Examine the rig before it is used: screen, pixels, focus, automatics, exposure, flicker, latency, frames,
+    /// network; each with what to do.
+    Doctor(DoctorArgs),
     /// Show every colour of the palette on the scene, pick the best four and the unary colour, and send them to
     /// the projector.
     Colours(ColoursArgs),
@@ -254,6 +258,24 @@ pub(super) struct CamerasArgs {
     /// List each camera's controls too, with their ranges and what they are set to.
     #[arg(long)]
     pub controls: bool,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `acquirer doctor`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer doctor --camera /dev/video0
+  acquirer doctor --projector 192.168.0.7:4460 --camera /dev/video0 --json
+  acquirer doctor --camera sim:cube
+
+Exit codes: 0 all is well, 1 something is to be done (the last line says about what) or it failed, 2 wrong use.
+The limits stand in config/acquirer.toml under [doctor].")]
+pub(super) struct DoctorArgs {
+    /// Which rig.
+    #[command(flatten)]
+    pub rig: RigArgs,
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,

@@ -9,6 +9,7 @@ mod check;
 mod colours;
 mod console;
 mod demo;
+mod doctor;
 mod draw;
 mod live;
 mod process;
@@ -53,6 +54,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
         Some(Command::Cameras(args)) => list_cameras(&args),
         Some(Command::Colours(args)) => colours::run(&args, cancel),
         Some(Command::Scan(args)) => scan::run(&args, cancel),
+        Some(Command::Doctor(args)) => doctor::run(&args, cancel),
         Some(Command::Live(args)) => live::run(&args, cancel),
         Some(Command::Process(args)) => process::run(&args),
         Some(Command::Check(args)) => check::run(&args),

@@ -32,6 +32,7 @@ use crate::{
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = args.reading.config(&args.rig.config)?;
+    config.exposure.set |= args.rig.camera_settings.expose;
     args.record.apply(&mut config.record);
     let is_replayed = matches!(args.rig.camera, Some(CameraSpec::Replay(_)));
     if is_replayed && !args.record.densify.is_empty() {
@@ -39,7 +40,6 @@ pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
             "a recording can't show finer grids; leave out --densify, or use a camera or a simulated room"
         );
     }
-    config.exposure.set |= args.rig.camera_settings.expose;
     let calibration = args.calibration.load()?;
     let begun = args.out.join("scan.json").exists();
     if begun && !args.resume {

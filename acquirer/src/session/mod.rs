@@ -5,6 +5,7 @@
 //! command line.
 
 mod colours;
+mod doctor;
 mod exposure;
 mod finer;
 mod latency;
@@ -17,6 +18,7 @@ mod sequence;
 pub mod tagging;
 
 pub use colours::{ColourTrialOrder, ColourTrialResult, OnMeasured, apply_selection, try_colours};
+pub use doctor::{Diagnosis, DoctorSettings, Examination, Finding, Measured, State, examine};
 pub use exposure::{Exposure, ExposureSettings, WholePeriods, set_exposure};
 pub use latency::{Latency, LatencySettings, measure_latency};
 pub use live::{LiveFrame, LiveMode, LiveSettings, LiveView, OnFrame, read_live};

@@ -126,6 +126,30 @@ impl Grid {
         form.try_into()
     }
 
+    /// A grid of these lines, the number of each one's colour given: rows, columns, and the widths of both in projector
+    /// pixels, rows first.
+    ///
+    /// # Errors
+    /// No line or more than [`MAX_LINES`] in a direction, a width outside 1 to [`MAX_WIDTH_PX`], a symbol without a
+    /// colour, or none or more than [`MAX_COLOURS`] colours.
+    pub fn explicit(
+        rows: Vec<Symbol>,
+        columns: Vec<Symbol>,
+        (row_width_px, column_width_px): (u32, u32),
+        colours: &[Rgb],
+    ) -> Result<Self, PatternError> {
+        let form = GridForm {
+            rows: None,
+            columns: None,
+            row_width_px,
+            column_width_px,
+            colours: colours.to_vec(),
+            row_symbols: Some(rows),
+            column_symbols: Some(columns),
+        };
+        form.try_into()
+    }
+
     /// Number of lines in one direction.
     #[must_use]
     pub fn lines(&self, axis: Axis) -> usize {

@@ -21,6 +21,10 @@ mod solid;
 
 mod light;
 
+mod flicker;
+
+mod scaler;
+
 mod timeline;
 
 mod space;

@@ -13,6 +13,7 @@ use nalgebra::Vector4;
 use rayon::prelude::*;
 
 use super::{
+    flicker::Lamp,
     light::{Place, ProjectedLight},
     scene::Scene,
     sensor::Sensor,
@@ -40,9 +41,18 @@ pub struct Room {
     /// The scene's own settings of the camera.
     tuning: CameraTuning,
     readout: Duration,
+    lamp: Lamp,
     pixels: Vec<Pixel>,
     /// Pixels in a row.
     width: usize,
+}
+
+/// The light on a row of the camera during its exposure.
+struct RowLight<'a> {
+    /// Ambient light as a share of its mean.
+    ambient: f32,
+    /// Projector pictures, and the share of the time that each of their colours was on.
+    projected: Vec<(&'a ProjectedLight, [f32; 3])>,
 }
 
 /// The light that a camera pixel gathers, apart from what the projector shows.
@@ -68,6 +78,7 @@ impl Room {
             sensor: Sensor::new(&scene.camera, scene.random()),
             tuning: CameraTuning::of(scene),
             readout: scene.readout(),
+            lamp: Lamp::new(&scene.faults),
             pixels: Vec::new(),
             width: scene.camera.width as usize,
         };
@@ -84,7 +95,11 @@ impl Room {
     /// The same light and frame number give the same bytes.
     #[must_use]
     pub fn render(&self, light: &ProjectedLight, frame_number: u64) -> RgbImage {
-        self.frame(|_| vec![(light, 1.0)], frame_number, &self.tuning)
+        let steady = |_| RowLight {
+            ambient: 1.0,
+            projected: vec![(light, [1.0; 3])],
+        };
+        self.frame(steady, frame_number, &self.tuning)
     }
 
     /// The frame whose exposure began at a time of the timeline.
@@ -113,7 +128,11 @@ impl Room {
         let rows = (self.pixels.len() / self.width) as f64;
         let lights = |row: usize| {
             let start = exposure_start.saturating_add(self.readout.mul_f64(row as f64 / rows));
-            timeline.between(start, start.saturating_add(tuning.exposure))
+            let end = start.saturating_add(tuning.exposure);
+            RowLight {
+                ambient: self.lamp.mean(start, end),
+                projected: timeline.between(start, end),
+            }
         };
         self.frame(lights, frame_number, tuning)
     }
@@ -138,7 +157,7 @@ impl Room {
 
     fn frame<'a>(
         &self,
-        lights: impl Fn(usize) -> Vec<(&'a ProjectedLight, f32)> + Sync,
+        lights: impl Fn(usize) -> RowLight<'a> + Sync,
         frame_number: u64,
         tuning: &CameraTuning,
     ) -> RgbImage {
@@ -150,12 +169,14 @@ impl Room {
             .par_chunks_mut(self.width)
             .zip(self.pixels.par_chunks(self.width));
         rows.enumerate().for_each(|(row, (signal, pixels))| {
+            let RowLight { ambient, projected } = lights(row);
             for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                *signal = pixel.ambient.map(|light| light * scale);
+                *signal = pixel.ambient.map(|light| light * (ambient * scale));
             }
-            for (light, share) in lights(row) {
+            for (light, [r, g, b]) in projected {
+                let share = Vector4::new(r, g, b, 0.0) * scale;
                 for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                    let gathered = pixel.gather(light) * (share * scale);
+                    let gathered = pixel.gather(light).component_mul(&share);
                     signal
                         .iter_mut()
                         .zip(gathered.iter())

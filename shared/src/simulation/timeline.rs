@@ -4,11 +4,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use super::{
-    light::ProjectedLight,
-    random::Random,
-    scene::{ProjectorTable, Scene},
-};
+use super::{flicker::ColourWheel, light::ProjectedLight, random::Random, scene::Scene};
 use crate::pattern::{Raster, Rgb};
 
 /// The pictures of a projector in the order in which they were sent to it.
@@ -17,7 +13,8 @@ use crate::pattern::{Raster, Rgb};
 /// scene's seed and on how many pictures came before.
 #[derive(Debug, Clone)]
 pub struct Timeline {
-    projector: ProjectorTable,
+    scene: Scene,
+    wheel: ColourWheel,
     random: Random,
     count: u64,
     dark: ProjectedLight,
@@ -27,6 +24,7 @@ pub struct Timeline {
 #[derive(Debug, Clone)]
 struct Shown {
     lit_from: Duration,
+    picture: Raster,
     light: ProjectedLight,
 }
 
@@ -36,27 +34,33 @@ impl Timeline {
     pub fn new(scene: &Scene) -> Self {
         let black = Raster::from_fn(scene.projector_size(), |_, _| Rgb::BLACK);
         Self {
-            projector: scene.projector.clone(),
+            wheel: ColourWheel::new(&scene.faults),
             random: scene.random().part(u64::MAX),
             count: 0,
             dark: scene.project(&black),
             shown: VecDeque::new(),
+            scene: scene.clone(),
         }
     }
 
     /// A picture is sent to the screen at time `at`; it stays until the next one.
     pub fn show(&mut self, at: Duration, picture: &Raster) {
-        let jitter = self.projector.display_jitter_ms * self.random.uniform(self.count);
+        let jitter = self.scene.projector.display_jitter_ms * self.random.uniform(self.count);
         self.count += 1;
-        let delay = Duration::from_secs_f64((self.projector.display_latency_ms + jitter) / 1000.0);
+        let delay_ms = self.scene.projector.display_latency_ms + jitter;
+        let delay = Duration::from_secs_f64(delay_ms / 1000.0);
         let earliest = self
             .shown
             .back()
             .map_or(Duration::ZERO, |last| last.lit_from);
         let lit_from = at.saturating_add(delay).max(earliest);
+        // flashes come again and again, and a slow machine must keep up with them
+        let known = self.shown.iter().find(|shown| shown.picture == *picture);
+        let light = known.map_or_else(|| self.scene.project(picture), |shown| shown.light.clone());
         self.shown.push_back(Shown {
             lit_from,
-            light: ProjectedLight::new(&self.projector, picture),
+            picture: picture.clone(),
+            light,
         });
     }
 
@@ -67,10 +71,11 @@ impl Timeline {
         }
     }
 
-    /// The lights between two times and the share of that time each was on; the shares sum to 1.
+    /// The lights between two times and the share of that time each was on, for red, green and blue; the shares
+    /// sum to 1 unless the colours come one after the other.
     ///
     /// An empty span is the moment `from`.
-    pub(super) fn between(&self, from: Duration, to: Duration) -> Vec<(&ProjectedLight, f32)> {
+    pub(super) fn between(&self, from: Duration, to: Duration) -> Vec<(&ProjectedLight, [f32; 3])> {
         let starts = std::iter::once((Duration::ZERO, &self.dark)).chain(
             self.shown
                 .iter()
@@ -84,13 +89,16 @@ impl Timeline {
         let span = to.saturating_sub(from);
         if span.is_zero() {
             let last = starts.take_while(|(start, _)| *start <= from).last();
-            return last.map(|(_, light)| (light, 1.0)).into_iter().collect();
+            return last
+                .map(|(_, light)| (light, [1.0; 3]))
+                .into_iter()
+                .collect();
         }
         starts
             .zip(ends)
-            .map(|((start, light), end)| (light, end.min(to).saturating_sub(start.max(from))))
-            .filter(|(_, lit)| !lit.is_zero())
-            .map(|(light, lit)| (light, (lit.as_secs_f64() / span.as_secs_f64()) as f32))
+            .map(|((start, light), end)| (light, start.max(from), end.min(to)))
+            .filter(|(_, begin, end)| begin < end)
+            .map(|(light, begin, end)| (light, self.wheel.shares(begin, end, span)))
             .collect()
     }
 }

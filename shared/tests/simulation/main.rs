@@ -1,5 +1,6 @@
 //! The simulated room through its public interface: where light falls, how much of it, when, and what is refused.
 
+mod faults;
 mod light;
 mod line_truth;
 mod scene_files;

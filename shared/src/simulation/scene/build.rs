@@ -73,6 +73,7 @@ pub(super) fn scene(text: &str, name: &str, folder: &Path) -> Result<Scene, Scen
         title: file.title,
         seed: file.seed,
         ambient: file.ambient,
+        faults: file.faults,
         reference_mm: (target - Vector3::from(projector.position_mm)).norm(),
         room_from_camera,
         room_from_projector,

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::checked;
+use super::{checked, faults::FaultsTable};
 use crate::pattern::Rgb;
 
 /// A whole scene file.
@@ -17,6 +17,8 @@ pub(super) struct SceneFile {
     pub(super) projector: Spanned<ProjectorTable>,
     #[serde(default)]
     pub(super) ambient: AmbientTable,
+    #[serde(default)]
+    pub(super) faults: FaultsTable,
     #[serde(default)]
     pub(super) solids: Vec<Spanned<SolidTable>>,
 }

@@ -6,21 +6,26 @@
 mod build;
 mod checked;
 mod error;
+mod faults;
 mod file;
 
-use std::{path::Path, time::Duration};
+use std::{borrow::Cow, path::Path, time::Duration};
 
 use nalgebra::Vector3;
 
 pub use error::SceneError;
+pub(super) use faults::FaultsTable;
 pub(super) use file::{AmbientTable, CameraTable, ProjectorTable, ToneCurve, When};
 
-use super::{light::ProjectedLight, random::Random, solid::Solid};
+use super::{light::ProjectedLight, random::Random, scaler::Scaler, solid::Solid};
 use crate::{
     geometry::{Lens, Pose, RigCalibration},
     pattern::{Raster, RasterSize},
     stage::Stage,
 };
+
+/// The stream of random numbers that decides which frames are lost.
+const LOSSES: u64 = u64::MAX - 1;
 
 /// A checked description of a simulated room.
 #[derive(Debug, Clone)]
@@ -30,6 +35,7 @@ pub struct Scene {
     pub(super) camera: CameraTable,
     pub(super) projector: ProjectorTable,
     pub(super) ambient: AmbientTable,
+    pub(super) faults: FaultsTable,
     pub(super) room_from_camera: Pose,
     pub(super) room_from_projector: Pose,
     /// Distance at which the projector's white light on a surface that faces it counts as 1.
@@ -80,10 +86,33 @@ impl Scene {
         }
     }
 
-    /// Time from one frame of the camera to the next.
+    /// Time from one frame of the camera to the next, as the camera says.
     #[must_use]
     pub fn frame_period(&self) -> Duration {
         Duration::from_secs_f64(1.0 / self.camera.frame_rate_hz)
+    }
+
+    /// Time from one frame to the next as they really come.
+    #[must_use]
+    pub fn delivered_period(&self) -> Duration {
+        let rate_hz = self.faults.delivered_rate_hz;
+        if rate_hz > 0.0 {
+            Duration::from_secs_f64(1.0 / rate_hz)
+        } else {
+            self.frame_period()
+        }
+    }
+
+    /// Whether the camera has no controls that programs may set.
+    #[must_use]
+    pub fn has_no_controls(&self) -> bool {
+        self.faults.no_controls
+    }
+
+    /// Whether a frame is lost on its way from the camera.
+    #[must_use]
+    pub fn loses(&self, frame_number: u64) -> bool {
+        self.random().part(LOSSES).uniform(frame_number) < self.faults.lost_share
     }
 
     /// How long each row of the camera gathers light.
@@ -124,7 +153,19 @@ impl Scene {
     /// The light that the projector makes of a picture; a picture of another size is stretched over its raster.
     #[must_use]
     pub fn project(&self, picture: &Raster) -> ProjectedLight {
-        ProjectedLight::new(&self.projector, picture)
+        let picture = self.on_screen(picture);
+        ProjectedLight::new(&self.projector, &picture)
+    }
+
+    /// What becomes of a picture on its way to the projector's pixels.
+    fn on_screen<'a>(&self, picture: &'a Raster) -> Cow<'a, Raster> {
+        if let Some(colour) = self.faults.other_output {
+            return Cow::Owned(Raster::from_fn(picture.size(), |_, _| colour));
+        }
+        match Scaler::new(&self.faults) {
+            Some(scaler) => Cow::Owned(scaler.apply(picture)),
+            None => Cow::Borrowed(picture),
+        }
     }
 
     /// The solids that are there in a stage.

@@ -19,6 +19,8 @@ pub mod response;
 
 pub mod reference;
 
+pub mod subtraction;
+
 pub mod line_light;
 
 pub mod gain;

@@ -4,6 +4,8 @@
 //! and evidence stay in the same memory from frame to frame. The same frames give the same grids, bit for bit,
 //! on any number of threads.
 
+mod products;
+
 use image::RgbImage;
 use shared::{
     geometry::RigCalibration,

@@ -58,6 +58,7 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
             out,
             calibration: Some(calibration),
             run_all: true,
+            remember: None,
         };
         return gui::run(startup, cancel);
     }

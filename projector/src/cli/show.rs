@@ -9,7 +9,7 @@ use super::ShowArgs;
 use crate::{
     config::{self, Config},
     control::{Control, ControlSettings, Listening},
-    screen::{self, Orders, Placement, Reporter, WindowSettings},
+    screen::{self, OperatorSettings, Orders, Placement, Reporter, WhenOperator, WindowSettings},
 };
 
 /// The checked command line and configuration.
@@ -25,8 +25,11 @@ enum Screen {
 }
 
 pub(super) fn run(args: ShowArgs) -> anyhow::Result<()> {
-    let plan = plan(args)?;
+    let mut plan = plan(args)?;
     let listening = Listening::bind(&plan.listen)?;
+    if let Screen::Window(settings) = &mut plan.screen {
+        settings.operator.listening = Some(listening.address());
+    }
     let orders = Arc::new(Orders::new());
     let for_signals = orders.clone();
     ctrlc::set_handler(move || for_signals.end()).context("cannot take Ctrl-C and SIGTERM")?;
@@ -41,7 +44,11 @@ pub(super) fn run(args: ShowArgs) -> anyhow::Result<()> {
 
 /// The command line goes before the configuration file, and that before the shipped values.
 fn plan(args: ShowArgs) -> anyhow::Result<Plan> {
-    let Config { control, screen } = match &args.config {
+    let Config {
+        control,
+        screen,
+        operator,
+    } = match &args.config {
         Some(path) => Config::read(path)?,
         None => config::shipped_config()?,
     };
@@ -53,10 +60,20 @@ fn plan(args: ShowArgs) -> anyhow::Result<Plan> {
     let name = args
         .screen
         .or_else(|| Some(screen.name).filter(|name| !name.is_empty()));
+    let when = match (args.operator, args.no_operator) {
+        (true, _) => WhenOperator::Always,
+        (_, true) => WhenOperator::Never,
+        _ => operator.window,
+    };
+    let operator = OperatorSettings {
+        when,
+        listening: None,
+    };
     let window = |placement| {
         Screen::Window(WindowSettings {
             placement,
             hold_refreshes,
+            operator,
         })
     };
     Ok(Plan {

@@ -5,12 +5,14 @@ pub mod guest;
 pub mod measure;
 pub mod numbered;
 mod projector;
+pub mod relay;
 mod truth;
 mod vertices;
 
 use std::{fs, path::Path};
 
-pub use projector::HeadlessProjector;
+pub use guest::built_program;
+pub use projector::{HeadlessProjector, Usage};
 pub use truth::read_truth;
 pub use vertices::read_vertices;
 

@@ -1,7 +1,10 @@
 //! The projector program without a window.
 
 use std::{
+    ffi::OsStr,
+    fs,
     io::{BufRead, BufReader},
+    path::Path,
     process::{Child, Command, Stdio},
 };
 
@@ -17,13 +20,34 @@ pub struct HeadlessProjector {
 }
 
 impl HeadlessProjector {
-    /// Starts it and waits until it takes commands.
+    /// Starts it for this computer alone and waits until it takes commands.
     ///
     /// # Errors
     /// When it has not been built, or does not say where it listens.
     pub fn start() -> anyhow::Result<Self> {
+        Self::run(&["--listen", "127.0.0.1:0"], Path::new("/nowhere"))
+    }
+
+    /// Starts it on a port (0: a free one) of every network, with its secrets in `home`. It is reached on this computer
+    /// by [`Self::address`].
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn on_network(home: &Path, port: &str) -> anyhow::Result<Self> {
+        let mut projector = Self::run(&["--listen", &format!("0.0.0.0:{port}")], home)?;
+        projector.address = format!("127.0.0.1:{}", projector.port());
+        Ok(projector)
+    }
+
+    /// Starts it with these arguments, with its secrets in `home`.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn run<A: AsRef<OsStr>>(arguments: &[A], home: &Path) -> anyhow::Result<Self> {
         let mut child = Command::new(built_program("projector")?)
-            .args(["--headless", "1024x768", "--listen", "127.0.0.1:0"])
+            .args(["--headless", "1024x768"])
+            .args(arguments)
+            .env("XDG_CONFIG_HOME", home)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()?;
@@ -53,6 +77,20 @@ impl HeadlessProjector {
     pub fn port(&self) -> &str {
         self.address.rsplit(':').next().unwrap_or_default()
     }
+
+    /// Its process.
+    #[must_use]
+    pub fn process(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// What it takes of the machine now.
+    ///
+    /// # Errors
+    /// When it has ended.
+    pub fn usage(&self) -> anyhow::Result<Usage> {
+        Usage::of(self.child.id())
+    }
 }
 
 impl Drop for HeadlessProjector {
@@ -60,5 +98,34 @@ impl Drop for HeadlessProjector {
         // it may have ended by itself
         self.child.kill().ok();
         self.child.wait().ok();
+    }
+}
+
+/// What a process takes of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Usage {
+    /// Memory in use, in KiB.
+    pub memory_kib: u64,
+    /// Threads.
+    pub threads: usize,
+    /// Open files and sockets.
+    pub descriptors: usize,
+}
+
+impl Usage {
+    /// Of a process of this machine.
+    ///
+    /// # Errors
+    /// When it has ended.
+    pub fn of(process: u32) -> anyhow::Result<Self> {
+        let dir = Path::new("/proc").join(process.to_string());
+        let status = fs::read_to_string(dir.join("status"))?;
+        let memory = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        let memory = memory.context("no VmRSS: the process has ended")?;
+        Ok(Self {
+            memory_kib: memory.trim().trim_end_matches(" kB").parse()?,
+            threads: fs::read_dir(dir.join("task"))?.count(),
+            descriptors: fs::read_dir(dir.join("fd"))?.count(),
+        })
     }
 }

@@ -25,6 +25,7 @@ use crate::{
     after_help = "Examples:
   acquirer demo                                       the whole rig in a simulated room
   acquirer cameras                                    which cameras are there
+  acquirer pair CODE                                  once, with a projector on the network
   acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer scan --out cup --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer live --camera /dev/video0 --json           read every frame, one line each
@@ -62,6 +63,8 @@ pub(super) struct WindowArgs {
 pub(super) enum Command {
     /// List the cameras with their formats, sizes and rates.
     Cameras(CamerasArgs),
+    /// Get to know a projector on the network by the code that it shows or `projector pair` prints.
+    Pair(PairArgs),
     /// Show every colour of the palette on the scene, pick the best four and the unary colour, and send them to
     /// the projector.
     Colours(ColoursArgs),
@@ -164,6 +167,26 @@ pub(super) struct CamerasArgs {
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `acquirer pair`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer pair SLP1/192.168.0.7:4460/...            the code as it was printed
+  acquirer pair --camera /dev/video0                  the code as the projector shows it")]
+pub(super) struct PairArgs {
+    /// The pairing code.
+    #[arg(value_name = "CODE", conflicts_with = "camera")]
+    pub code: Option<String>,
+    /// Read the code from the wall through this camera.
+    #[arg(long, value_name = "CAMERA")]
+    pub camera: Option<CameraSpec>,
+    /// Reach the projector by this address instead of the code's own.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub projector: Option<String>,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
 }
 
 /// `acquirer colours`.

@@ -11,10 +11,13 @@ use tokio::{
 
 use super::{
     ControlSettings, EVENT_QUEUE, Listening,
-    connection::{self, Event},
+    connection::{self, Event, Service},
     hub::{Hub, ScreenSide},
 };
-use crate::{clock::Clock, state::ConnectionId};
+use crate::{access::Access, clock::Clock, state::ConnectionId};
+
+/// How often the projector looks whether a pairing code was opened.
+const CODE_CHECK: std::time::Duration = std::time::Duration::from_secs(1);
 
 /// Pause after the system refused a connection, so that a lasting lack of file handles costs no time.
 const ACCEPT_PAUSE: std::time::Duration = std::time::Duration::from_millis(100);
@@ -35,36 +38,54 @@ pub(super) async fn serve(
             return;
         }
     };
-    let limits = Limits {
-        connections: settings.max_connections,
-        queue: settings.queue_messages,
-    };
+    let most = settings.max_connections;
     let (events, events_in) = mpsc::channel(EVENT_QUEUE);
+    let service = Service {
+        queue_messages: settings.queue_messages,
+        access: settings.access.clone(),
+        events: events.clone(),
+        clock,
+    };
+    let access = settings.access.clone();
     let (shown, first_shown) = oneshot::channel();
     let accepting = async move {
         if first_shown.await.is_ok() {
             ready(address);
-            accept_all(&listener, &limits, &events, clock).await;
+            accept_all(&listener, most, &service).await;
         }
     };
     tokio::select! {
         () = Hub::run(settings, screen, events_in, shown) => {}
         () = accepting => {}
+        () = watch_codes(access.as_deref(), &events) => {}
     }
 }
 
-struct Limits {
-    connections: usize,
-    queue: usize,
+/// Tells the hub which pairing code is open, whoever opened it, for as long as there is a hub.
+async fn watch_codes(access: Option<&Access>, events: &mpsc::Sender<Event>) {
+    let Some(access) = access else {
+        return std::future::pending().await;
+    };
+    let mut told = None;
+    loop {
+        match access.open_code() {
+            Ok(open) => {
+                let open = open.map(|code| code.to_string());
+                if open != told {
+                    told.clone_from(&open);
+                    if events.send(Event::PairingCode(open)).await.is_err() {
+                        return;
+                    }
+                }
+            }
+            Err(error) => tracing::warn!("pairing codes can't be looked up: {error}"),
+        }
+        tokio::time::sleep(CODE_CHECK).await;
+    }
 }
 
-async fn accept_all(
-    listener: &TcpListener,
-    limits: &Limits,
-    events: &mpsc::Sender<Event>,
-    clock: Clock,
-) {
-    let places = std::sync::Arc::new(Semaphore::new(limits.connections));
+async fn accept_all(listener: &TcpListener, most: usize, service: &Service) {
+    let places = std::sync::Arc::new(Semaphore::new(most));
     for number in 1.. {
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
@@ -75,19 +96,16 @@ async fn accept_all(
             }
         };
         let Ok(place) = places.clone().try_acquire_owned() else {
-            tracing::warn!(
-                "{peer} refused: {} connections are open",
-                limits.connections
-            );
-            refuse(stream, limits.connections);
+            tracing::warn!("{peer} refused: {most} connections are open");
+            refuse(stream, most);
             continue;
         };
         if let Err(error) = stream.set_nodelay(true) {
             tracing::debug!("{peer}: small messages may be delayed: {error}");
         }
-        let (events, queue) = (events.clone(), limits.queue);
+        let service = service.clone();
         tokio::spawn(async move {
-            connection::run(ConnectionId(number), stream, queue, events, clock).await;
+            connection::run(ConnectionId(number), stream, service).await;
             drop(place);
         });
     }

@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Axis, Grid, PatternError, Rgb, identify};
+use super::{Axis, Grid, PatternError, Rgb, identify, pairing_card};
 
 /// Size of the projector's raster in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -74,6 +74,11 @@ pub enum Pattern {
         /// Text in the middle, for example the monitor's name.
         label: String,
     },
+    /// A pairing code as a QR code.
+    PairingCode {
+        /// The code.
+        text: String,
+    },
 }
 
 impl Pattern {
@@ -92,6 +97,7 @@ impl Pattern {
                 Rgb([x, y, x + y].map(|value| (value % 256) as u8))
             }),
             Self::Identify { label } => identify::raster(label, size),
+            Self::PairingCode { text } => pairing_card::raster(text, size),
         }
     }
 }

@@ -119,7 +119,10 @@ fn kind_of(pattern: &Pattern) -> Option<Shows> {
         Pattern::Grid(_) => Some(Shows::Prmvs),
         Pattern::Solid { colour: Rgb::BLACK } => Some(Shows::Black),
         Pattern::Solid { colour: Rgb::WHITE } => Some(Shows::White),
-        Pattern::Solid { .. } | Pattern::Ramp | Pattern::Identify { .. } => None,
+        Pattern::Solid { .. }
+        | Pattern::Ramp
+        | Pattern::Identify { .. }
+        | Pattern::PairingCode { .. } => None,
     }
 }
 

@@ -60,7 +60,9 @@ fn scan_in_a_guest(projector: &HeadlessProjector, room: &FrameServer, into: &Pat
 wait-fed
 echo "== cameras"; acquirer cameras --json
 echo "== scan"
-acquirer scan --projector 10.0.2.2:{projector} --camera /dev/video0 --out /tmp/scan --json \
+# a tunnel, as by ssh: the projector serves its own computer alone, and the guest's end is the guest's own
+nc -ll -p 4460 -e nc 10.0.2.2 {projector} & sleep 1
+acquirer scan --projector 127.0.0.1:4460 --camera /dev/video0 --out /tmp/scan --json \
     --place-object 'echo object | nc 10.0.2.2 {stages} | grep done' >/tmp/figures 2>/tmp/log & scan=$!
 # once all is recorded the emulated processor is wanted for reading
 while ! grep -q "recorded object" /tmp/log && kill -0 $scan 2>/dev/null; do sleep 0.5; done

@@ -1,6 +1,8 @@
 //! Helpers for the tests of whole programs.
 
+pub mod endurance;
 pub mod frame_server;
+pub mod fuzz;
 pub mod guest;
 pub mod measure;
 pub mod numbered;

@@ -17,7 +17,7 @@ import sys
 class Projector:
     """A connection: TLS with a projector whose certificate is known by its fingerprint."""
 
-    def __init__(self, address, fingerprint, token):
+    def __init__(self, address, fingerprint, token, role="controller"):
         host, port = address.rsplit(":", 1)
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
         context.minimum_version = ssl.TLSVersion.TLSv1_3
@@ -31,7 +31,7 @@ class Projector:
         self.lines = self.socket.makefile("r", encoding="utf-8", newline="\n")
         self.last_id = 0
         self.new_token = None
-        hello = {"type": "hello", "version": 1, "role": "controller", "name": "python", "token": token}
+        hello = {"type": "hello", "version": 1, "role": role, "name": "python", "token": token}
         self.send(hello)
         while True:
             message = self.receive()

@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 
 use shared::protocol::{ErrorCode, ServerMessage, encode};
+use socket2::{SockRef, TcpKeepalive};
 use tokio::{
     io::AsyncWriteExt,
     net::{TcpListener, TcpStream},
@@ -21,6 +22,12 @@ const CODE_CHECK: std::time::Duration = std::time::Duration::from_secs(1);
 
 /// Pause after the system refused a connection, so that a lasting lack of file handles costs no time.
 const ACCEPT_PAUSE: std::time::Duration = std::time::Duration::from_millis(100);
+
+/// A client of which nothing is heard for so long is asked whether it is still there, so often, so many times: one whose
+/// network was cut is gone after 25 s.
+const SILENCE: std::time::Duration = std::time::Duration::from_secs(10);
+const ASK_EVERY: std::time::Duration = std::time::Duration::from_secs(5);
+const ASK_TIMES: u32 = 3;
 
 /// Runs the hub, and the connections once the first picture is shown.
 pub(super) async fn serve(
@@ -100,8 +107,10 @@ async fn accept_all(listener: &TcpListener, most: usize, service: &Service) {
             refuse(stream, most);
             continue;
         };
-        if let Err(error) = stream.set_nodelay(true) {
-            tracing::debug!("{peer}: small messages may be delayed: {error}");
+        if let Err(error) = prepare(&stream) {
+            tracing::debug!(
+                "{peer}: small messages and a cut network may be noticed late: {error}"
+            );
         }
         let service = service.clone();
         tokio::spawn(async move {
@@ -109,6 +118,21 @@ async fn accept_all(listener: &TcpListener, most: usize, service: &Service) {
             drop(place);
         });
     }
+}
+
+/// Messages go out at once, and a client whose network was cut is noticed.
+fn prepare(stream: &TcpStream) -> std::io::Result<()> {
+    stream.set_nodelay(true)?;
+    let socket = SockRef::from(stream);
+    let keepalive = TcpKeepalive::new()
+        .with_time(SILENCE)
+        .with_interval(ASK_EVERY)
+        .with_retries(ASK_TIMES);
+    socket.set_tcp_keepalive(&keepalive)?;
+    // the same when something was sent that nobody acknowledges
+    #[cfg(target_os = "linux")]
+    socket.set_tcp_user_timeout(Some(SILENCE + ASK_EVERY * ASK_TIMES))?;
+    Ok(())
 }
 
 /// Tells a client that there is no place, without waiting for it: a fresh connection takes one short line

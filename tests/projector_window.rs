@@ -6,6 +6,9 @@ mod projector_support;
 #[path = "projector_support/display.rs"]
 mod display;
 
+#[path = "projector_window/operator.rs"]
+mod operator;
+
 use display::Display;
 use projector_support::{Client, Projector, run};
 use shared::{

@@ -15,13 +15,14 @@ use serde_json::Value;
 /// One rig at a time: a simulated camera wants a processor of its own, as a real one would have.
 static RIG: Mutex<()> = Mutex::new(());
 
-fn demo(scene: &str) -> (tempfile::TempDir, Value) {
+fn demo(scene: &str, more: &[&str]) -> (tempfile::TempDir, Value) {
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("scan");
     let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
         .args(["demo", "--json", "--scene", scene, "--out"])
         .arg(&out)
+        .args(more)
         .output()
         .unwrap();
     assert!(
@@ -37,7 +38,7 @@ fn demo(scene: &str) -> (tempfile::TempDir, Value) {
 
 /// The scan's figures against the simulation's truth, and what the folder must hold.
 fn check(scene: &str, least_coverage_percent: f64) {
-    let (dir, figures) = demo(scene);
+    let (dir, figures) = demo(scene, &[]);
     let truth = figures["truth"].as_array().unwrap();
     assert_eq!(truth.len(), 2, "both stages are scored");
     for stage in truth {
@@ -45,6 +46,10 @@ fn check(scene: &str, least_coverage_percent: f64) {
         let coverage = stage["coverage_percent"].as_f64().unwrap();
         assert!(coverage >= least_coverage_percent, "{scene}: {stage}");
     }
+    let response = &figures["summary"]["response"];
+    assert_eq!(response["curve"], "srgb", "{scene}: {response}");
+    let residual = response["residual_levels"].as_f64().unwrap();
+    assert!(residual < 1.0, "{scene}: {response}");
     let colours = figures["colours"]["best"].as_array().unwrap();
     assert_eq!(colours.len(), 4);
     let manifest = fs::read(dir.path().join("scan/scan.json")).unwrap();
@@ -93,8 +98,32 @@ fn the_demo_reads_the_coloured_room_without_a_wrong_label() {
 }
 
 #[test]
+fn the_demo_densifies_the_cylinder() {
+    let (dir, figures) = demo("cylinder", &["--densify", "31"]);
+    let finer = &figures["summary"]["finer"][0];
+    assert_eq!(finer["lines"], serde_json::json!([31, 31]));
+    let base = figures["summary"]["object"]["crossings_labelled"].as_u64();
+    let labelled = finer["object"]["crossings_labelled"].as_u64();
+    assert!(labelled > base.map(|n| 3 * n), "{finer}");
+    let results = dir.path().join("scan/results");
+    assert!(results.join("finer-31/vertices.csv").exists());
+    assert!(results.join("pictures/labels-object-finer-31.png").exists());
+}
+
+#[test]
+fn a_grid_that_there_is_not_is_wrong_use() {
+    let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
+        .args(["demo", "--densify", "32"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains("[31, 63, 127, 255]"), "{message}");
+}
+
+#[test]
 fn a_recording_replayed_gives_the_same_captures_and_labels() {
-    let (dir, figures) = demo("cube");
+    let (dir, figures) = demo("cube", &[]);
     let scan = dir.path().join("scan");
     let again = dir.path().join("again");
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);

@@ -6,11 +6,11 @@
 use acquirer::pipeline::{
     Captures, PipelineSettings, Reader,
     colours::{ColourBuffers, ColouredLines, Colours, find_colours, nominal_response},
-    crossings::find_crossings,
+    crossings::{CrossingBuffers, Crossings, find_crossings},
     gain::{GainBuffers, GainFilter, GainImage, find_gain},
     grid::{Decoding, Observed},
     line_light::LineLight,
-    lines::{LineBuffers, find_lines, find_scale},
+    lines::{LineBuffers, Lines, find_lines, find_scale},
     reference::find_references,
     response::Response,
 };
@@ -98,13 +98,22 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         });
     });
     let shrink = settings.gain.shrink;
-    let mut lines = || find_lines((&image, shrink), &scale, &settings.lines, &mut buffers);
-    group.bench_function("lines", |bencher| bencher.iter(|| pool.install(&mut lines)));
-    let lines = lines();
+    let mut lines = Lines::default();
+    let mut find = || {
+        let found = (&mut buffers, &mut lines);
+        find_lines((&image, shrink), &scale, &settings.lines, found);
+    };
+    group.bench_function("lines", |bencher| bencher.iter(|| pool.install(&mut find)));
+    find();
+    let (mut buffers, mut crossings) = (CrossingBuffers::default(), Crossings::default());
+    let mut find = || {
+        let found = (&mut buffers, &mut crossings);
+        find_crossings(&lines, &settings.crossings, found);
+    };
     group.bench_function("crossings", |bencher| {
-        bencher.iter(|| pool.install(|| find_crossings(&lines, &settings.crossings)));
+        bencher.iter(|| pool.install(&mut find));
     });
-    let crossings = find_crossings(&lines, &settings.crossings);
+    find();
     let seen = ColouredLines {
         light: &light,
         gain: None,

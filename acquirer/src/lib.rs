@@ -10,6 +10,7 @@ pub mod camera;
 pub mod cli;
 pub mod clock;
 pub mod config;
+mod densify;
 pub mod gui;
 pub mod output;
 pub mod process;

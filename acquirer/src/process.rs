@@ -11,11 +11,14 @@ use thiserror::Error;
 
 use crate::{
     config::Config,
+    densify::read_finer_grids,
     output::{EncodedPicture, OutputError, ResultPaths, write_results},
     pipeline::{
         Captures, PipelineError, PipelineSettings, Projected, StageReading,
         dense::{DenseLine, find_dense_lines},
+        densify::{KnownPlaces, read_finer},
         read_stage_sparingly,
+        response::{MeasuredResponse, NoMeasurement, ResponseSettings},
         result::ScanResult,
         shift::{
             epipolar::{self, Epipolar},
@@ -24,7 +27,7 @@ use crate::{
         },
         surface::{Placed, Surface, SurfacePoint, difference::find_differences, read_surface},
     },
-    scan::{ScanError, ScanFolder, Shows},
+    scan::{FinerGrid, ScanError, ScanFolder, Shows, measure_scan_response},
 };
 
 /// Why a scan can't be processed.
@@ -103,16 +106,22 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
         .map(|path| read_calibration(&path));
     let calibration = calibration.transpose()?;
     let selection = folder.selection()?;
+    let mut settings = config.pipeline;
+    let response = measure_response(folder, &mut settings.response)?;
+    clock.lap("measure response");
     let reader = StageReader {
         folder,
         projected: folder.projected(),
         calibration: calibration.as_ref(),
-        settings: &config.pipeline,
+        settings: &settings,
     };
     let before = reader.read(Stage::Background, &mut clock)?;
     let after = reader.read(Stage::Object, &mut clock)?;
-    let (result, pictures) = compare([before, after], calibration.as_ref(), config);
+    let (mut result, pictures) = compare([before, after], &reader, config.shift.depth_per_px);
+    result.response = response;
     clock.lap("compare");
+    result.finer = read_finer_grids(&reader, &result)?;
+    clock.lap("read finer grids");
     let paths = write_results(folder, &pictures, &result, selection.as_ref())?;
     clock.lap("write results");
     Ok(Processed {
@@ -144,10 +153,27 @@ impl Clock {
     }
 }
 
+/// Takes the response that the scan's solid colours tell, unless the settings give one.
+fn measure_response(
+    folder: &ScanFolder,
+    settings: &mut ResponseSettings,
+) -> Result<Option<Result<MeasuredResponse, NoMeasurement>>, ScanError> {
+    if settings.power().is_some() || settings.curve.is_some() {
+        return Ok(None);
+    }
+    let measured = measure_scan_response(folder)?;
+    if let Some(Ok(measured)) = &measured
+        && !measured.is_srgb
+    {
+        settings.curve = Some(measured.curve);
+    }
+    Ok(measured)
+}
+
 /// What was measured in one stage. Its captures are on the disk, and its pictures are encoded: they would fill the
 /// memory that reading the other stage needs.
 #[derive(Default)]
-struct StageProducts {
+pub(crate) struct StageProducts {
     reading: Option<StageReading>,
     lines: Vec<DenseLine>,
     surface: Surface,
@@ -155,11 +181,11 @@ struct StageProducts {
 }
 
 /// Reads one stage after the other.
-struct StageReader<'a> {
-    folder: &'a ScanFolder,
-    projected: Projected,
-    calibration: Option<&'a RigCalibration>,
-    settings: &'a PipelineSettings,
+pub(crate) struct StageReader<'a> {
+    pub(crate) folder: &'a ScanFolder,
+    pub(crate) projected: Projected,
+    pub(crate) calibration: Option<&'a RigCalibration>,
+    pub(crate) settings: &'a PipelineSettings,
 }
 
 impl StageReader<'_> {
@@ -173,17 +199,36 @@ impl StageReader<'_> {
         if captures.prmvs.is_empty() {
             return Ok(StageProducts::default());
         }
-        let products = self.products(stage, &mut captures)?;
+        let products = self.products(stage, &mut captures, None)?;
         clock.lap(reading);
         Ok(products)
+    }
+
+    /// Reads a finer grid, the reader's own, beside what is known of the places on the projector.
+    pub(crate) fn read_finer(
+        &self,
+        grid: &FinerGrid,
+        stage: Stage,
+        known: KnownPlaces,
+    ) -> Result<StageProducts, ProcessError> {
+        let mut captures = self.folder.finer_captures(grid, stage)?;
+        if captures.prmvs.is_empty() {
+            return Ok(StageProducts::default());
+        }
+        self.products(stage, &mut captures, Some(known))
     }
 
     fn products(
         &self,
         stage: Stage,
         captures: &mut Captures,
+        known: Option<KnownPlaces>,
     ) -> Result<StageProducts, ProcessError> {
-        let read = read_stage_sparingly(captures, &self.projected, self.calibration, self.settings);
+        let (projected, calibration, settings) = (&self.projected, self.calibration, self.settings);
+        let read = match known {
+            None => read_stage_sparingly(captures, projected, calibration, settings),
+            Some(known) => read_finer(captures, projected, calibration, settings, known),
+        };
         let mut reading = read.map_err(|source| ProcessError::Pipeline { stage, source })?;
         let pictures = std::mem::take(&mut reading.pictures);
         let lines = find_dense_lines(&reading.grid);
@@ -201,15 +246,15 @@ impl StageReader<'_> {
 }
 
 /// Shifts, and with a calibration the difference of the surfaces, of both stages.
-fn compare(
+pub(crate) fn compare(
     [before, after]: [StageProducts; 2],
-    calibration: Option<&RigCalibration>,
-    config: &Config,
+    reader: &StageReader,
+    depth_per_px: f64,
 ) -> (ScanResult, [Vec<EncodedPicture>; 2]) {
     let mut result = ScanResult {
-        method: config.pipeline.method,
-        depth_per_px: config.shift.depth_per_px,
-        settings: serde_json::to_value(config.pipeline).unwrap_or_default(),
+        method: reader.settings.method,
+        depth_per_px,
+        settings: serde_json::to_value(reader.settings).unwrap_or_default(),
         differences: find_differences(&before.surface.points, &after.surface.points),
         background: before.reading,
         object: after.reading,
@@ -221,7 +266,8 @@ fn compare(
     };
     if let (Some(before), Some(after)) = (&result.background, &result.object) {
         result.shifts = find_shifts(&before.grid, &after.grid, result.depth_per_px);
-        let directions = calibration
+        let directions = reader
+            .calibration
             .map(Epipolar::Rig)
             .or_else(|| epipolar::from_shifts(&result.shifts));
         let lines = [&result.lines[0][..], &result.lines[1]];

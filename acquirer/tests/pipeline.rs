@@ -102,7 +102,6 @@ impl Scene {
             white: vec![shot(Pattern::WHITE, 3), shot(Pattern::WHITE, 4)],
             prmvs: vec![shot(pattern.coded.clone().into(), 5)],
             unary: vec![shot(pattern.unary_grid().into(), 6)],
-            solid: Vec::new(),
         }
     }
 }
@@ -363,7 +362,6 @@ fn broken_captures_are_refused_or_give_nothing_but_never_panic() {
         white: vec![picture.clone()],
         prmvs: vec![picture.clone()],
         unary: vec![picture],
-        solid: Vec::new(),
     };
     let read = |captures: &Captures| {
         read_stage(

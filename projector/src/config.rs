@@ -16,7 +16,7 @@ use shared::{
 };
 use thiserror::Error;
 
-use crate::control::OnControllerLost;
+use crate::{control::OnControllerLost, screen::WhenOperator};
 
 /// Why a configuration file is not accepted.
 #[derive(Debug, Error)]
@@ -55,6 +55,8 @@ pub struct Config {
     pub control: ControlTable,
     /// Where and how pictures are shown.
     pub screen: ScreenTable,
+    /// The operator's window.
+    pub operator: OperatorTable,
 }
 
 /// The table `[control]`.
@@ -103,6 +105,14 @@ impl Default for ScreenTable {
             start: StartView::default(),
         }
     }
+}
+
+/// The table `[operator]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OperatorTable {
+    /// Whether the window opens by itself.
+    pub window: WhenOperator,
 }
 
 /// What is shown before anybody asks for something.

@@ -230,6 +230,43 @@ fn the_identify_card_differs_by_label_and_frames_the_outermost_pixels() {
 }
 
 #[test]
+fn the_test_card_has_its_frame_its_finest_line_pairs_and_every_size() {
+    let card = Pattern::TestCard.raster(XGA);
+    for (x, y) in [(0, 0), (1023, 0), (1023, 767), (0, 767), (300, 0), (0, 300)] {
+        assert_eq!(card.pixel(x, y), Rgb::WHITE);
+    }
+    // mirrored about the middle, as far as the hatch and the circles go
+    for x in 0..1024 {
+        assert_eq!(card.pixel(x, 20), card.pixel(1023 - x, 20), "column {x}");
+    }
+    let alternating = |at: &dyn Fn(u32) -> Rgb, length: u32| {
+        let run = |start: u32| (0..24).all(|k| (at(start + k) == Rgb::WHITE) == (k % 2 == 0));
+        (0..length - 24).any(run)
+    };
+    let some_row = (0..768).any(|y| alternating(&|x| card.pixel(x, y), 1024));
+    let some_column = (0..1024).any(|x| alternating(&|y| card.pixel(x, y), 768));
+    assert!(some_row && some_column, "line pairs of one pixel");
+    for (width, height) in [(1, 1), (7, 3), (3, 200), (1920, 17), (64, 48)] {
+        let size = RasterSize { width, height };
+        assert_eq!(Pattern::TestCard.raster(size).size(), size);
+    }
+}
+
+#[test]
+fn the_two_colour_twin_has_the_lines_of_the_grid_in_its_first_two_colours() {
+    let mut settings = shared::pattern::GridSettings::default();
+    settings = settings.with_lines(31, 63).unwrap();
+    let twin = settings.two_colour_grid();
+    assert_eq!((twin.rows(), twin.columns()), (31, 63));
+    assert_eq!(twin.colours(), &settings.coded.colours()[..2]);
+    let again = shared::pattern::GridSettings {
+        coded: twin.clone(),
+        unary: Rgb::WHITE,
+    };
+    assert_eq!(again.two_colour_grid(), twin);
+}
+
+#[test]
 fn the_shipped_palette_has_sixteen_different_colours_with_the_thesis_ones() {
     let palette = Palette::default();
     assert_eq!(palette.colours().len(), 16);

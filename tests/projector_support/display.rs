@@ -10,7 +10,7 @@ use std::{
 use shared::pattern::{Raster, RasterSize, Rgb};
 
 /// What these tests need; they fail without it rather than pass unseen.
-const INSTALL: &str = "apt-get install -y --no-install-recommends xvfb x11-apps mesa-vulkan-drivers \
+const INSTALL: &str = "apt-get install -y --no-install-recommends xvfb x11-apps xdotool mesa-vulkan-drivers \
                        libxcursor1 libxi6 libxkbcommon-x11-0";
 
 /// A running X server with one monitor and no window manager.
@@ -62,6 +62,16 @@ impl Display {
     /// The inside of the window of this title.
     pub(crate) fn window(&self, title: &str) -> Raster {
         self.dump(&["-name", title])
+    }
+
+    /// Moves and clicks the mouse, or asks for windows: the arguments of `xdotool`, separated by blanks.
+    pub(crate) fn xdotool(&self, arguments: &str) {
+        let Output { status, stderr, .. } = Command::new("xdotool")
+            .args(arguments.split_whitespace())
+            .env("DISPLAY", &self.name)
+            .output()
+            .unwrap_or_else(|error| missing("xdotool", &error));
+        assert!(status.success(), "{}", String::from_utf8_lossy(&stderr));
     }
 
     fn dump(&self, what: &[&str]) -> Raster {

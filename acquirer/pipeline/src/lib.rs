@@ -19,6 +19,8 @@ pub mod response;
 
 pub mod reference;
 
+pub mod subtraction;
+
 pub mod line_light;
 
 pub mod gain;
@@ -39,9 +41,12 @@ pub mod surface;
 
 pub mod result;
 
+pub mod densify;
+
 mod pictures;
 mod reader;
 mod settings;
+mod spare;
 mod stale;
 mod wide;
 
@@ -52,7 +57,7 @@ pub mod colour_choice;
 use image::RgbImage;
 use shared::{
     geometry::RigCalibration,
-    pattern::{Axis, GridSettings, RasterSize, Rgb},
+    pattern::{Axis, GridSettings, RasterSize},
 };
 use thiserror::Error;
 
@@ -107,8 +112,6 @@ pub struct Captures {
     pub prmvs: Vec<RgbImage>,
     /// The single-colour grid. May be empty; the coded grid then gives the geometry as well.
     pub unary: Vec<RgbImage>,
-    /// Other solid colours.
-    pub solid: Vec<(Rgb, RgbImage)>,
 }
 
 impl Captures {
@@ -120,14 +123,9 @@ impl Captures {
             ("black", &self.black),
             ("white", &self.white),
         ];
-        let known = known
+        known
             .into_iter()
-            .flat_map(|(what, frames)| frames.iter().map(move |frame| (what.to_owned(), frame)));
-        let solid = self
-            .solid
-            .iter()
-            .map(|(colour, frame)| (colour.to_string(), frame));
-        known.chain(solid)
+            .flat_map(|(what, frames)| frames.iter().map(move |frame| (what.to_owned(), frame)))
     }
 }
 
@@ -135,8 +133,8 @@ impl Captures {
 ///
 /// # Errors
 /// [`PipelineError::Empty`] or [`PipelineError::SizesDiffer`] with the first one that fails.
-pub(crate) fn check_sizes<'a>(
-    captures: impl Iterator<Item = (String, &'a RgbImage)>,
+pub(crate) fn check_sizes<'a, W: Into<String>>(
+    captures: impl Iterator<Item = (W, &'a RgbImage)>,
 ) -> Result<(), PipelineError> {
     let mut expected = None;
     for (what, frame) in captures {
@@ -145,12 +143,13 @@ pub(crate) fn check_sizes<'a>(
             height: frame.height(),
         };
         if found.pixels() == 0 {
+            let what = what.into();
             return Err(PipelineError::Empty { what });
         }
         let expected = *expected.get_or_insert(found);
         if found != expected {
             return Err(PipelineError::SizesDiffer {
-                what,
+                what: what.into(),
                 found,
                 expected,
             });

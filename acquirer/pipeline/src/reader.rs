@@ -4,6 +4,8 @@
 //! and evidence stay in the same memory from frame to frame. The same frames give the same grids, bit for bit,
 //! on any number of threads.
 
+mod products;
+
 use image::RgbImage;
 use shared::{
     geometry::RigCalibration,
@@ -13,11 +15,12 @@ use shared::{
 use super::{
     PipelineError, PipelineSettings, Projected, StagePicture, StageReading, check_sizes,
     colours::{ColourBuffers, ColouredLines, Colours, find_colours, nominal_response},
-    crossings::find_crossings,
+    crossings::{CrossingBuffers, Crossings, find_crossings},
+    densify::KnownPlaces,
     gain::{GainBuffers, GainFilter, GainImage, find_gain, merge_gains},
     grid::{DecodedGrid, Decoding, Observed},
     line_light::LineLight,
-    lines::{LineBuffers, LineScale, find_lines, find_scale},
+    lines::{LineBuffers, LineScale, Lines, find_lines, find_scale},
     pictures::{self, Seen},
     reference::{References, dark_cells, find_references},
     response::{Light, Response},
@@ -51,6 +54,9 @@ struct Buffers {
     unary: GainImage,
     gain: GainImage,
     lines: LineBuffers,
+    found_lines: Lines,
+    crossings: CrossingBuffers,
+    found_crossings: Crossings,
     colours: ColourBuffers,
     found_colours: Colours,
 }
@@ -139,6 +145,11 @@ impl Reader {
         })
     }
 
+    /// Tells what is known of the places on the projector, from now on.
+    pub(super) fn expect_places(&mut self, known: KnownPlaces) {
+        self.decoding.expect_places(known);
+    }
+
     /// Reads one frame of the coded grid.
     ///
     /// # Errors
@@ -190,21 +201,25 @@ impl Reader {
         };
         let scale = buffers.find_gains(&grids, self.projected.pitch_widths(), settings);
         let image = (&buffers.gain, settings.gain.shrink);
-        let lines = find_lines(image, &scale, &settings.lines, &mut buffers.lines);
-        let crossings = find_crossings(&lines, &settings.crossings);
+        let lines = (&mut buffers.lines, &mut buffers.found_lines);
+        find_lines(image, &scale, &settings.lines, lines);
+        let lines = &buffers.found_lines;
+        let crossings = (&mut buffers.crossings, &mut buffers.found_crossings);
+        find_crossings(lines, &settings.crossings, crossings);
+        let crossings = &buffers.found_crossings;
         // a unary grid that stood for white says nothing about the gain any more
         let says_gain = has_unary && self.references.white.is_some();
         let seen = ColouredLines {
             light: &grids.coded.light,
             gain: says_gain.then_some(&buffers.unary),
-            lines: &lines,
-            crossings: &crossings,
+            lines,
+            crossings,
         };
         let found = (&mut buffers.colours, &mut buffers.found_colours);
         find_colours(&seen, &self.colours, &settings.colours, found);
         let observed = Observed {
-            lines: &lines,
-            crossings: &crossings,
+            lines,
+            crossings,
             colours: &buffers.found_colours,
         };
         let calibration = self.calibration.as_ref();
@@ -217,7 +232,7 @@ impl Reader {
                 stale: &stale,
                 coded: &grids.coded.light,
                 gain: &buffers.gain,
-                lines: &lines,
+                lines,
                 grid: &self.grid,
             };
             self.pictures = pictures::draw(&seen, settings);
@@ -301,15 +316,11 @@ fn size(frame: &RgbImage) -> RasterSize {
 }
 
 fn named<'a>(
-    kinds: &[(&'static str, &'a [RgbImage])],
-) -> impl Iterator<Item = (String, &'a RgbImage)> {
-    let frames = kinds
+    kinds: &'a [(&'static str, &'a [RgbImage])],
+) -> impl Iterator<Item = (&'static str, &'a RgbImage)> {
+    kinds
         .iter()
-        .flat_map(|&(what, frames)| frames.iter().map(move |f| (what, f)));
-    let named: Vec<_> = frames
-        .map(|(what, frame)| (what.to_owned(), frame))
-        .collect();
-    named.into_iter()
+        .flat_map(|&(what, frames)| frames.iter().map(move |f| (what, f)))
 }
 
 fn nominal(colours: &[Rgb]) -> Vec<[f32; 3]> {

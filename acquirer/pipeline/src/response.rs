@@ -2,8 +2,19 @@
 //!
 //! Takes 8-bit captures, gives linear light, 0 (black) to 1 (white point), one plane per channel, averaged
 //! over repeats, and which channels were clipped. The table is the inverse of the sRGB curve
-//! (IEC 61966-2-1) unless the settings give a gamma. With a camera whose curve is another one, light adds
-//! up wrongly: edges move by a few hundredths of a pixel and colours shift, quietly.
+//! (IEC 61966-2-1) unless the settings give a gamma or a measured curve (`measured`, from captures of solid colours).
+//! With a camera whose curve is another one, light adds up wrongly: edges move by a few hundredths of a pixel and
+//! colours shift, quietly.
+
+mod curve;
+
+mod solids;
+
+mod equations;
+
+mod fit;
+
+mod measured;
 
 use image::RgbImage;
 use rayon::prelude::*;
@@ -11,14 +22,23 @@ use serde::{Deserialize, Serialize};
 
 use super::{channels::Channels, plane::Plane};
 
+pub use curve::{KNOTS, NoResponse, ResponseCurve};
+pub use measured::{MeasuredResponse, NoMeasurement, measure_response};
+pub use solids::{SolidCaptures, ramp_colours};
+
 /// How camera bytes become linear light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ResponseSettings {
-    /// Exponent of a pure power law, 0.2 to 5; 0 takes the sRGB curve, which is what webcams aim at.
+    /// Exponent of a pure power law, 0.2 to 5; 0 takes the curve measured with the scan, else sRGB, which is what
+    /// webcams aim at.
     pub gamma: f64,
     /// From this byte value on a channel counts as clipped, 1 to 255.
     pub clipped_from: u8,
+    /// The linear light of the bytes 255 k / 16, 17 values from 0 to 1; left out, the scan's own measurement or
+    /// sRGB holds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curve: Option<ResponseCurve>,
 }
 
 impl Default for ResponseSettings {
@@ -26,7 +46,16 @@ impl Default for ResponseSettings {
         Self {
             gamma: 0.0,
             clipped_from: 250,
+            curve: None,
         }
+    }
+}
+
+impl ResponseSettings {
+    /// The power law that the settings ask for.
+    #[must_use]
+    pub fn power(&self) -> Option<f64> {
+        (0.2..=5.0).contains(&self.gamma).then_some(self.gamma)
     }
 }
 
@@ -47,18 +76,14 @@ const UNKNOWN: f32 = 1e4;
 pub(super) const CLIPPED_LIGHT: f32 = 2.0;
 
 impl Response {
-    /// The table for these settings; a gamma out of range is taken as sRGB.
+    /// The table for these settings: of the gamma, else of the curve, else sRGB's. A gamma out of range is none.
     #[must_use]
     pub fn new(settings: &ResponseSettings) -> Self {
-        let gamma = settings.gamma;
+        let curve = settings.curve.unwrap_or_else(ResponseCurve::srgb).table();
         let table: [f32; 256] = std::array::from_fn(|byte| {
-            let value = byte as f64 / 255.0;
-            let linear = if (0.2..=5.0).contains(&gamma) {
-                value.powf(gamma)
-            } else if value <= 0.04045 {
-                value / 12.92
-            } else {
-                ((value + 0.055) / 1.055).powf(2.4)
+            let linear = match settings.power() {
+                Some(gamma) => (byte as f64 / 255.0).powf(gamma),
+                None => curve[byte],
             };
             linear as f32
         });

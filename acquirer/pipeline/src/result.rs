@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use shared::stage::Stage;
+use shared::{pattern::GridSettings, stage::Stage};
 
 use super::{
     Method, StageReading,
     dense::DenseLine,
+    response::{MeasuredResponse, NoMeasurement},
     shift::{Shift, lines::LineShifts},
     surface::{SurfaceDrop, SurfacePoint, difference::Difference},
 };
@@ -37,8 +38,29 @@ pub struct ScanResult {
     pub surface_dropped: [BTreeMap<SurfaceDrop, usize>; 2],
     /// How far the object stands out of the background.
     pub differences: Vec<Difference>,
+    /// What finer grids gave, coarse before fine.
+    pub finer: Vec<FinerScan>,
+    /// The camera's response as measured with this scan's solid colours; `None` when it has none.
+    pub response: Option<Result<MeasuredResponse, NoMeasurement>>,
     /// The effective settings of the pipeline, for the report and the summary; `Null` when there are none.
     pub settings: serde_json::Value,
+}
+
+/// What a finer grid of the same scan gave.
+#[derive(Debug, Clone)]
+pub struct FinerScan {
+    /// The grid and its unary colour.
+    pub pattern: GridSettings,
+    /// Its products; it has no finer grids itself.
+    pub result: ScanResult,
+}
+
+impl FinerScan {
+    /// The larger number of its lines.
+    #[must_use]
+    pub fn most_lines(&self) -> usize {
+        self.pattern.coded.rows().max(self.pattern.coded.columns())
+    }
 }
 
 impl ScanResult {

@@ -96,6 +96,11 @@ pub trait Camera: Send {
     /// A recording answers with the captures of that kind, and the simulated room places the object
     /// for [`Stage::Object`]. At a real rig a person does that, and nothing happens here.
     fn expect(&mut self, _shows: Shows, _stage: Stage) {}
+
+    /// Whether the source is known to have this kind of picture: a recording has only what was recorded.
+    fn has(&self, _shows: Shows, _stage: Stage) -> bool {
+        true
+    }
 }
 
 /// Opens a source of frames.

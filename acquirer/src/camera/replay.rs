@@ -145,6 +145,11 @@ impl Camera for ReplayCamera {
         false
     }
 
+    fn has(&self, shows: Shows, stage: Stage) -> bool {
+        let mut kinds = self.recorded.iter().map(|frame| frame.kind);
+        kinds.any(|kind| kind == Some((stage, shows)))
+    }
+
     fn expect(&mut self, shows: Shows, stage: Stage) {
         if self.expected.replace((stage, shows)) != Some((stage, shows)) {
             self.turn = 0;
@@ -247,6 +252,8 @@ mod tests {
         assert_eq!([(); 3].map(|()| red(&mut camera)), [1, 2, 1]);
         camera.expect(Shows::Prmvs, Stage::Object);
         assert_eq!(red(&mut camera), 3);
+        assert!(camera.has(Shows::Prmvs, Stage::Object));
+        assert!(!camera.has(Shows::White, Stage::Object));
         camera.expect(Shows::White, Stage::Object);
         let message = camera.next_frame(Duration::ZERO).unwrap_err().to_string();
         assert!(

@@ -6,14 +6,14 @@ use std::{
 };
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
-use shared::geometry::RigCalibration;
+use shared::{geometry::RigCalibration, pattern::LINE_COUNTS};
 
 use crate::{
     camera::CameraSpec,
     config::{Config, ConfigError},
     pipeline::Method,
     process::{ProcessError, read_calibration},
-    session::LiveMode,
+    session::{LiveMode, RecordSettings},
 };
 
 /// Captures the projected grid through a camera, picks its colours, reads it, and gives the object's shape.
@@ -161,6 +161,27 @@ impl ReadingArgs {
     }
 }
 
+/// What is recorded besides the base grid.
+#[derive(Debug, ClapArgs)]
+pub(super) struct RecordArgs {
+    /// Record finer grids after the base grid and read them with its help: numbers of lines, for example 31,63.
+    #[arg(long, value_name = "LINES", value_delimiter = ',', value_parser = line_count)]
+    pub densify: Vec<usize>,
+    /// Leave out the solid colours that tell the camera's response; the sRGB curve is taken.
+    #[arg(long)]
+    pub no_ramp: bool,
+}
+
+impl RecordArgs {
+    /// Takes over what the command line asks for.
+    pub(super) fn apply(&self, settings: &mut RecordSettings) {
+        settings.ramp &= !self.no_ramp;
+        if !self.densify.is_empty() {
+            settings.densify.clone_from(&self.densify);
+        }
+    }
+}
+
 /// `acquirer cameras`.
 #[derive(Debug, ClapArgs)]
 pub(super) struct CamerasArgs {
@@ -214,6 +235,7 @@ pub(super) struct ColoursArgs {
 #[command(after_help = "Examples:
   acquirer scan --out cup --camera /dev/video0
   acquirer scan --out cup --camera /dev/video0 --pick-colours --calibration rig.json
+  acquirer scan --out cup --camera /dev/video0 --densify 31,63
   acquirer scan --out cube --camera sim:cube --json
   acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'
   acquirer scan --out cup --camera /dev/video0 --resume      after a crash or a power cut")]
@@ -230,6 +252,9 @@ pub(super) struct ScanArgs {
     /// Pick the colours on the scene first.
     #[arg(long)]
     pub pick_colours: bool,
+    /// What is recorded.
+    #[command(flatten)]
+    pub record: RecordArgs,
     /// The rig's calibration.
     #[command(flatten)]
     pub calibration: CalibrationArgs,
@@ -346,6 +371,9 @@ pub(super) struct DemoArgs {
     /// Folder of the recorded scan; demo-SCENE in the current folder unless given.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// What is recorded.
+    #[command(flatten)]
+    pub record: RecordArgs,
     /// Use a projector program that runs already, as HOST:PORT, instead of starting one.
     #[arg(long, value_name = "HOST:PORT")]
     pub projector: Option<String>,
@@ -375,6 +403,13 @@ pub(super) struct DrawArgs {
     /// Which object of the table, where it holds several.
     #[arg(long, value_name = "NAME")]
     pub object: Option<String>,
+}
+
+/// A number of lines that a finer grid may have.
+fn line_count(text: &str) -> Result<usize, String> {
+    let finer = &LINE_COUNTS[1..];
+    let lines = text.parse().ok().filter(|lines| finer.contains(lines));
+    lines.ok_or_else(|| format!("give some of {finer:?}, with commas between them"))
 }
 
 /// `--method`.

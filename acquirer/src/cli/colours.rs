@@ -6,7 +6,8 @@ use super::{args::ColoursArgs, console::Console, rig::open_rig};
 use crate::{
     pipeline::{Projected, colour_choice::ColourSelection},
     session::{
-        Cancel, Rig, apply_selection, grid_warnings, measure_latency, projected, try_colours,
+        Cancel, ColourTrialOrder, Rig, apply_selection, grid_warnings, measure_latency, projected,
+        try_colours,
     },
 };
 use shared::pattern::{Palette, Rgb};
@@ -45,9 +46,12 @@ pub(super) fn pick(
     console: &mut Console,
 ) -> anyhow::Result<ColourSelection> {
     let now = projected(rig)?;
-    let trial = try_colours(rig, palette, &now, current(&now), cancel, &mut |p| {
-        console.show(&p);
-    })?;
+    let order = ColourTrialOrder {
+        palette,
+        projected: &now,
+        current: current(&now),
+    };
+    let trial = try_colours(rig, &order, cancel, &mut |p| console.show(&p), None)?;
     if apply {
         apply_selection(rig, &trial.selection)?;
     }

@@ -27,7 +27,8 @@ use crate::{
 };
 
 pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.reading.config(&args.config)?;
+    let mut config = args.reading.config(&args.config)?;
+    args.record.apply(&mut config.record);
     let scene = load_scene(&args.scene)?;
     let mut console = Console::new();
     let program = match &args.projector {
@@ -57,6 +58,7 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
             out,
             calibration: Some(calibration),
             run_all: true,
+            remember: None,
         };
         return gui::run(startup, cancel);
     }

@@ -29,8 +29,8 @@ pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
     };
     let (mut left, mut broken) = (args.frames, None);
     let scene = (&projected, calibration.as_ref());
-    read_live(&mut rig, scene, &settings, cancel, &mut |frame| {
-        if let Err(error) = print(frame, args.json) {
+    read_live(&mut rig, scene, &settings, cancel, &mut |seen| {
+        if let Err(error) = print(seen.told, args.json) {
             broken = Some(error);
             return ControlFlow::Break(());
         }

@@ -112,6 +112,28 @@ pub fn figures_text(folder: &ScanFolder, processed: &Processed) -> String {
             ),
         );
     }
+    for finer in &summary.finer {
+        let [rows, columns] = finer.lines;
+        let labelled =
+            Stage::BOTH.map(|stage| finer.stage(stage).map_or(0, |f| f.crossings_labelled));
+        line(
+            &format!("finer {rows} x {columns}"),
+            format!(
+                "{} and {} crossings labelled, {} points",
+                labelled[0], labelled[1], finer.points
+            ),
+        );
+    }
+    if let Some(response) = &summary.response {
+        let residual = response.residual_levels.zip(response.srgb_residual_levels);
+        let residual = residual.map_or(String::new(), |(levels, srgb)| {
+            format!(": solid colours add up to {levels:.2} byte values (sRGB: {srgb:.2})")
+        });
+        line(
+            "camera response",
+            format!("{}{residual}", response.curve.words()),
+        );
+    }
     for warning in &summary.warnings {
         line("warning", warning.clone());
     }

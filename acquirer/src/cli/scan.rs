@@ -28,12 +28,20 @@ use crate::{
     process::process_scan,
     scan::{ScanError, ScanFolder},
     session::{
-        Cancel, NewScan, Rig, SessionError, grid_warnings, measure_latency, projected, record_stage,
+        Cancel, NewScan, Rig, SessionError, measure_latency, projected, record_stage,
+        recording_warnings,
     },
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
-    let config = args.reading.config(&args.rig.config)?;
+    let mut config = args.reading.config(&args.rig.config)?;
+    args.record.apply(&mut config.record);
+    let is_replayed = matches!(args.rig.camera, Some(CameraSpec::Replay(_)));
+    if is_replayed && !args.record.densify.is_empty() {
+        bail!(
+            "a recording can't show finer grids; leave out --densify, or use a camera or a simulated room"
+        );
+    }
     let calibration = args.calibration.load()?;
     let begun = args.out.join("scan.json").exists();
     if begun && !args.resume {
@@ -191,7 +199,7 @@ impl Recording<'_> {
             )?),
             false => None,
         };
-        for warning in grid_warnings(rig, &projected(rig)?) {
+        for warning in recording_warnings(rig, &projected(rig)?, &config.record)? {
             console.say(&format!("warning: {warning}"));
         }
         let scan = NewScan {

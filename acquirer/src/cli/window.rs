@@ -13,6 +13,7 @@ pub(super) fn run(args: WindowArgs, cancel: &Cancel) -> anyhow::Result<()> {
         rig: args.rig,
         out: args.out,
         run_all: false,
+        remember: gui::usual_settings_file(),
     };
     gui::run(startup, cancel)
 }

@@ -1,82 +1,130 @@
-//! What the window and its worker say to each other.
+//! What the window, the rig's thread and the files' thread say to each other.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
-use image::RgbImage;
-use shared::{protocol::ProjectorState, stage::Stage};
+use shared::{pattern::Rgb, protocol::ProjectorState, stage::Stage};
 
+use super::{
+    open_scan::{OpenScan, StageView},
+    sources::{Source, Sources},
+};
 use crate::{
     pipeline::colour_choice::ColourSelection,
     session::{Latency, Progress},
 };
 
-/// What the operator asks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What the operator asks of the rig.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Job {
-    /// Try all colours and apply the best.
-    PickColours,
-    /// Record one stage.
+    /// Use another camera, or the same with other settings.
+    Open(Source),
+    /// Read every frame while nothing else is done, or stop that.
+    ReadLive(bool),
+    /// Try all colours on the scene; with `apply` the best go to the projector.
+    PickColours {
+        /// Whether they are applied at once.
+        apply: bool,
+    },
+    /// Send these grid colours and the unary colour to the projector.
+    ApplyColours([Rgb; 4], Rgb),
+    /// Record one stage into the scan at hand, in place of what it holds of it.
     Record(Stage),
-    /// Read the recorded scan.
-    Read,
+    /// Go on with another object in front of the same background.
+    NextObject,
     /// Start another scan folder.
     NewScan,
+    /// Say on the wall which projector this is.
+    Identify,
 }
 
-/// What the worker has to tell.
+/// What the operator asks of files.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum FileJob {
+    /// Look for cameras, simulated rooms and scans.
+    FindSources,
+    /// Read one stage of a scan, to judge it.
+    ReadStage(PathBuf, Stage),
+    /// Read a whole scan, write its results, and show it.
+    Read(PathBuf, Place),
+    /// Copy a scan to another folder.
+    Save {
+        /// The scan.
+        from: PathBuf,
+        /// The new folder.
+        to: PathBuf,
+    },
+    /// Show a file or folder with the desktop's own program.
+    OpenOutside(PathBuf),
+}
+
+/// Where a scan that was read is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// As the result.
+    Result,
+    /// Beside the result, for comparison.
+    Beside,
+}
+
+/// Which thread an event is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Who {
+    /// The one that has the rig.
+    Rig,
+    /// The one that reads files.
+    Files,
+}
+
+/// What the threads have to tell.
 #[derive(Debug)]
 pub(super) enum Event {
     /// The rig is there.
     Connected(Box<RigInfo>),
     /// The rig is not there; it is tried again.
     Disconnected(String),
-    /// A job is under way.
-    Progress(Progress),
+    /// The projector's state has changed, here or there.
+    Projector(Box<ProjectorState>),
+    /// Something long is under way.
+    Progress(Who, Progress),
     /// The latency was measured.
     Latency(Latency),
-    /// The colours were chosen.
-    Colours(Box<ColourSelection>),
+    /// The choice among the colours that were measured so far.
+    ColoursSoFar(Box<ColourSelection>),
+    /// The colours were chosen, and whether they were applied.
+    Colours(Box<ColourSelection>, bool),
+    /// Reading every frame has ended, by an error or because it was cancelled.
+    ReadingStopped,
     /// A stage was recorded into this folder.
     Recorded(Stage, PathBuf),
-    /// The scan was read.
-    Read(Box<ReadScan>),
+    /// Another object is recorded into this folder, which holds the background already.
+    NextObject(PathBuf),
     /// A new, empty scan begins.
     NewScan,
-    /// A job failed, and why.
+    /// What there is to choose from.
+    Sources(Box<Sources>),
+    /// A stage was read.
+    StageRead(PathBuf, Arc<StageView>),
+    /// A scan was read.
+    Read(Box<OpenScan>, Place),
+    /// Something for the list of messages.
+    Note(String),
+    /// Something failed, and why.
     Failed(String),
-    /// A job has ended, well or not.
-    Idle,
+    /// A thread has nothing more to do.
+    Idle(Who),
 }
 
 /// The rig as the window shows it.
 #[derive(Debug, Clone)]
 pub(super) struct RigInfo {
-    /// The camera.
+    /// The camera, in words.
     pub(super) camera: String,
-    /// The projector's state when it was connected.
+    /// What it was opened as.
+    pub(super) source: Source,
+    /// Size, format and rate of its frames, in words.
+    pub(super) format: String,
+    /// Its width and height in pixels.
+    pub(super) size: [u32; 2],
+    /// The projector's state.
     pub(super) projector: ProjectorState,
-}
-
-/// A scan that was read.
-#[derive(Debug)]
-pub(super) struct ReadScan {
-    /// The figures, one line each.
-    pub(super) figures: Vec<String>,
-    /// The report.
-    pub(super) report: PathBuf,
-    /// Result pictures with their captions.
-    pub(super) pictures: Vec<(String, RgbImage)>,
-}
-
-/// A frame for the live picture.
-#[derive(Debug, Clone)]
-pub(super) struct LiveFrame {
-    /// The camera's picture.
-    pub(super) picture: RgbImage,
-    /// The camera's number of the frame.
-    pub(super) number: u64,
-    /// Frames per second over the last second.
-    pub(super) rate_hz: f64,
-    /// Frames that the camera made and nobody saw.
-    pub(super) lost: u64,
 }

@@ -1,10 +1,26 @@
 //! The acquirer's window: the live picture first and largest, the steps of a scan beside it.
 //!
-//! The rig lives in a worker thread; the window sends it jobs and takes its events, both over bounded channels,
-//! and takes the newest camera frame from a place for one. Nothing in the window's thread waits for camera,
-//! projector or pipeline.
+//! ```text
+//! rig's thread (camera, projector, live reading) --\
+//!                                                    events -> model -> panels -> screen
+//! files' thread (reading, results, copies) --------/      <- jobs
+//! ```
+//! Events and jobs go over bounded channels, the newest picture over a place for one. Nothing in the window's own
+//! thread waits for camera, projector, files or pipeline.
 
 mod events;
+mod keys;
+mod live_picture;
+mod model;
+mod open_scan;
+mod panels;
+mod pictures;
+mod preferences;
+mod sources;
+mod style;
+#[cfg(test)]
+mod tests;
+mod widget_list;
 mod window;
 mod worker;
 
@@ -15,6 +31,7 @@ use eframe::egui;
 use shared::geometry::RigCalibration;
 
 use crate::{cli::RigArgs, config::Config, session::Cancel};
+use preferences::Preferences;
 
 /// What the window starts with.
 pub struct Startup {
@@ -28,20 +45,30 @@ pub struct Startup {
     pub calibration: Option<RigCalibration>,
     /// Run through all steps once, without waiting for the operator.
     pub run_all: bool,
+    /// The file that the window's settings are kept in; without one nothing is remembered.
+    pub remember: Option<PathBuf>,
+}
+
+/// Where the window's settings are kept, if there is a home for them.
+#[must_use]
+pub fn usual_settings_file() -> Option<PathBuf> {
+    preferences::usual_path()
 }
 
 /// Smallest useful size of the window, in points.
-const MIN_SIZE: [f32; 2] = [900.0, 600.0];
+const MIN_SIZE: [f32; 2] = [960.0, 600.0];
 
 /// Opens the window and runs until it is closed.
 ///
 /// # Errors
 /// No display, or no usable graphics driver.
 pub fn run(startup: Startup, cancel: &Cancel) -> anyhow::Result<()> {
+    let remembered = startup.remember.as_deref().map(Preferences::load);
+    let (preferences, told) = remembered.unwrap_or_default();
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("acquirer")
-            .with_inner_size([1280.0, 760.0])
+            .with_inner_size(preferences.window)
             .with_min_inner_size(MIN_SIZE),
         ..Default::default()
     };
@@ -49,7 +76,11 @@ pub fn run(startup: Startup, cancel: &Cancel) -> anyhow::Result<()> {
     eframe::run_native(
         "acquirer",
         options,
-        Box::new(move |context| Ok(Box::new(window::Window::new(startup, cancel, &context.egui_ctx)?))),
+        Box::new(move |context| {
+            let remembered = (preferences, told);
+            let window = window::Window::new(startup, remembered, cancel, &context.egui_ctx)?;
+            Ok(Box::new(window))
+        }),
     )
     .map_err(|error| {
         anyhow!("the window can't be opened: {error}; without a display use the commands (acquirer --help)")

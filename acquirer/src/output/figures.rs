@@ -13,12 +13,16 @@ use super::{
     OutputError,
     data_uri::Encoding,
     figure::Figure,
+    finer,
     maps::{height_map, label_map, relative_depth_map, shift_map, surface_depth_map},
     relief::{Colouring, Viewpoint, draw_relief, draw_surface},
     shift_table::ShiftRow,
 };
 use crate::{
-    pipeline::{grid::DecodedGrid, result::ScanResult},
+    pipeline::{
+        grid::DecodedGrid,
+        result::{FinerScan, ScanResult},
+    },
     scan::{ScanFolder, Shows, write_picture},
 };
 
@@ -41,6 +45,8 @@ pub(super) struct SavedFigure {
 pub(super) struct Figures {
     /// The decoded grids, background first.
     pub(super) labels: Vec<SavedFigure>,
+    /// The decoded finer grids with the object, coarse before fine.
+    pub(super) finer: Vec<SavedFigure>,
     /// Shifts, depth and height over the camera's picture.
     pub(super) maps: Vec<SavedFigure>,
     /// The surface seen from the side.
@@ -66,6 +72,9 @@ impl Figures {
         for stage in Stage::BOTH {
             figures.labels.extend(drawer.labels(stage)?);
         }
+        for scan in &result.finer {
+            figures.finer.extend(drawer.finer_labels(scan)?);
+        }
         let scene = first_of(folder, Stage::Object, &SCENE)?;
         figures.maps = drawer.maps(scene.as_ref())?;
         figures.views = drawer.views(scene.as_ref())?;
@@ -74,7 +83,7 @@ impl Figures {
 
     /// The names of the files that were written.
     pub(super) fn files(&self) -> impl Iterator<Item = String> {
-        let groups = [&self.labels, &self.maps, &self.views];
+        let groups = [&self.labels, &self.finer, &self.maps, &self.views];
         let all = groups.into_iter().flatten();
         all.map(|figure| figure.file.clone())
     }
@@ -124,6 +133,21 @@ impl Drawer<'_> {
             Stage::Object => ("labels-object", "After: the decoded grid with the object."),
         };
         self.save((name, caption), &figure, Encoding::Jpeg)
+            .map(Some)
+    }
+
+    fn finer_labels(&self, scan: &FinerScan) -> Result<Option<SavedFigure>, OutputError> {
+        let Some(reading) = &scan.result.object else {
+            return Ok(None);
+        };
+        let seen = self
+            .folder
+            .first_finer_capture(&scan.pattern, Stage::Object, &GRID)?;
+        let figure = label_map(&reading.grid, &scan.pattern.coded, &self.or_dark(seen));
+        let name = format!("labels-object-{}", finer::name(scan));
+        let caption =
+            "A finer grid with the object, decoded beside the known places of the coarser ones.";
+        self.save((&name, caption), &figure, Encoding::Jpeg)
             .map(Some)
     }
 

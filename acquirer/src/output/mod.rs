@@ -12,10 +12,12 @@ pub mod drawing;
 pub mod error;
 pub mod figure;
 mod figures;
+pub mod finer;
 pub mod maps;
 pub mod ply;
 pub mod relief;
 mod report;
+pub mod response;
 pub mod shift_table;
 pub mod stage_picture;
 pub mod summary;
@@ -26,6 +28,8 @@ use std::{
     fs, io,
     path::{Path, PathBuf},
 };
+
+use shared::stage::Stage;
 
 pub use error::OutputError;
 use figures::Figures;
@@ -92,6 +96,7 @@ pub fn write_results(
     ] {
         write_whole(&file(name), table.as_bytes())?;
     }
+    finer::write_finer(&dir, result, folder.manifest().calibration.is_some())?;
     let points = write_points(&dir, folder, result)?;
 
     let summary = Summary::of(folder, result);
@@ -140,9 +145,12 @@ fn write_points(
         return Ok(None);
     };
     write_whole(&table, tables::point_table(&result.surface).as_bytes())?;
-    write_whole(&cloud, &ply::point_cloud(&result.surface, calibration))?;
-    let before = ply::point_cloud(&result.background_surface, calibration);
-    write_whole(&background, &before)?;
+    let base = &folder.manifest().pattern.coded;
+    let lines = base.rows().max(base.columns());
+    for (path, stage) in [(&background, Stage::Background), (&cloud, Stage::Object)] {
+        let clouds = finer::clouds(result, lines, stage);
+        write_whole(path, &ply::point_cloud(&clouds, calibration))?;
+    }
     write_whole(&difference, tables::difference_table(result).as_bytes())?;
     Ok(Some((table, cloud)))
 }

@@ -10,6 +10,7 @@ use shared::stage::Stage;
 
 use super::{
     Checksum, ScanError, ScanFolder,
+    finer::finer_folders,
     folder::unfinished,
     manifest::{MANIFEST, is_inside},
     write_whole,
@@ -93,7 +94,9 @@ fn is_result(path: &Path) -> bool {
 /// A file that can't be read or written.
 pub(crate) fn write_sums(dir: &Path) -> Result<(), ScanError> {
     let mut files = Vec::new();
-    for folder in [dir.to_owned(), dir.join("pictures")] {
+    let mut folders = finer_folders(dir)?;
+    folders.extend([dir.to_owned(), dir.join("pictures")]);
+    for folder in folders {
         let file_error = |source| ScanError::File {
             path: folder.clone(),
             source,

@@ -16,6 +16,7 @@ use shared::{geometry::RigCalibration, pattern::RasterSize, stage::Stage};
 
 use super::{
     CaptureEntry, FORMAT, ScanError, ScanManifest, Shows,
+    finer::{finer_folders, forget_finer},
     manifest::{MANIFEST, write_json},
     picture::{check_size, read_picture, write_picture},
     whole_file::UNFINISHED,
@@ -148,6 +149,7 @@ impl ScanFolder {
         let mut next = self.manifest.clone();
         let mut taken = self.names();
         next.forget(stage);
+        forget_finer(&mut next, &self.dir.join(MANIFEST), stage)?;
         for (shows, picture) in captures {
             self.put_capture(&mut next, &mut taken, (stage, shows), picture)?;
         }
@@ -255,14 +257,15 @@ impl ScanFolder {
             .iter()
             .filter(|entry| entry.stage == stage)
         {
-            let picture = self.picture(entry)?;
-            match entry.shows {
-                Shows::Black => captures.black.push(picture),
-                Shows::White => captures.white.push(picture),
-                Shows::Prmvs => captures.prmvs.push(picture),
-                Shows::Unary => captures.unary.push(picture),
-                Shows::Solid(colour) => captures.solid.push((colour, picture)),
-            }
+            let kind = match entry.shows {
+                Shows::Black => &mut captures.black,
+                Shows::White => &mut captures.white,
+                Shows::Prmvs => &mut captures.prmvs,
+                Shows::Unary => &mut captures.unary,
+                // read by themselves, see `measure_scan_response`
+                Shows::Solid(_) => continue,
+            };
+            kind.push(self.picture(entry)?);
         }
         Ok(captures)
     }
@@ -299,18 +302,20 @@ impl ScanFolder {
     }
 
     /// Writes a manifest, which counts from then on.
-    fn take_over(&mut self, mut next: ScanManifest) -> Result<(), ScanError> {
+    pub(super) fn take_over(&mut self, mut next: ScanManifest) -> Result<(), ScanError> {
         next.write(&self.dir.join(MANIFEST))?;
         self.manifest = next;
         Ok(())
     }
 }
 
-/// The files that a crash left half written in the folder and in those of the stages.
+/// The files that a crash left half written in the folder and in those of the stages and of finer grids.
 pub(super) fn unfinished(dir: &Path) -> Result<Vec<PathBuf>, ScanError> {
-    let dirs = Stage::BOTH.map(|stage| dir.join(stage.name()));
+    let stages = |dir: PathBuf| Stage::BOTH.map(|stage| dir.join(stage.name()));
+    let finer = finer_folders(dir)?.into_iter().flat_map(stages);
+    let dirs = std::iter::once(dir.to_owned()).chain(stages(dir.to_owned()));
     let mut found = Vec::new();
-    for dir in std::iter::once(dir.to_owned()).chain(dirs) {
+    for dir in dirs.chain(finer) {
         let entries = match fs::read_dir(&dir) {
             Ok(entries) => entries,
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
@@ -323,7 +328,7 @@ pub(super) fn unfinished(dir: &Path) -> Result<Vec<PathBuf>, ScanError> {
     Ok(found)
 }
 
-fn make_dir(dir: &Path) -> Result<(), ScanError> {
+pub(super) fn make_dir(dir: &Path) -> Result<(), ScanError> {
     super::make_dir(dir).map_err(|source| ScanError::File {
         path: dir.to_owned(),
         source,

@@ -3,10 +3,12 @@
 mod check;
 mod checksum;
 mod error;
+mod finer;
 mod folder;
 mod fresh_folder;
 mod manifest;
 mod picture;
+mod response;
 mod shows;
 mod whole_file;
 
@@ -14,11 +16,14 @@ pub use check::{CheckedScan, DamagedFile, check_scan};
 pub(crate) use check::{sums_path, write_sums};
 pub use checksum::{Checksum, ChecksumError};
 pub use error::ScanError;
+pub use finer::FinerGrid;
+pub(crate) use finer::{PREFIX as FINER_PREFIX, finer_folders};
 pub use folder::ScanFolder;
 pub use fresh_folder::fresh_folder;
 pub(crate) use manifest::write_json;
 pub use manifest::{CaptureEntry, FORMAT, ScanManifest};
 pub use picture::{read_picture, write_picture};
+pub use response::measure_scan_response;
 pub use shows::Shows;
 pub(crate) use whole_file::make_dir;
 pub use whole_file::{WholeFile, write_whole};

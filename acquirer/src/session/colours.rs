@@ -19,6 +19,23 @@ use crate::{
 /// Frames of black and of white: two give the noise.
 const REFERENCES: usize = 2;
 
+/// Colours that are shown in one go when the choice so far is asked for.
+const AT_ONCE: usize = 4;
+
+/// What a trial of colours needs to know.
+#[derive(Debug, Clone, Copy)]
+pub struct ColourTrialOrder<'a> {
+    /// The colours to try.
+    pub palette: &'a Palette,
+    /// The grid that is projected.
+    pub projected: &'a Projected,
+    /// The choice in use, kept unless another is clearly better.
+    pub current: Option<[Rgb; 4]>,
+}
+
+/// Is told what the colours that were measured so far would give.
+pub type OnMeasured<'a> = &'a mut dyn FnMut(ColourSelection);
+
 /// The frames of a trial and what was chosen from them.
 pub struct ColourTrialResult {
     /// What the camera saw of each colour.
@@ -29,18 +46,22 @@ pub struct ColourTrialResult {
 
 /// Shows black, white and the unary grid in every colour of the palette, and chooses.
 ///
-/// `current` is the choice in use, kept unless another is clearly better.
+/// With `measured` the colours are shown a few at a time, and it is told the choice among those so far.
 ///
 /// # Errors
 /// As [`Rig::shoot_all`], and what the choice says of the frames.
 pub fn try_colours(
     rig: &mut Rig,
-    palette: &Palette,
-    projected: &Projected,
-    current: Option<[Rgb; 4]>,
+    order: &ColourTrialOrder<'_>,
     cancel: &Cancel,
     report: Report,
+    mut measured: Option<OnMeasured>,
 ) -> Result<ColourTrialResult, SessionError> {
+    let ColourTrialOrder {
+        palette,
+        projected,
+        current,
+    } = *order;
     let of = palette.colours().len() + 2;
     let mut step = |what: &str, done| {
         report(Progress {
@@ -50,39 +71,49 @@ pub fn try_colours(
         });
     };
     let colours: Vec<Rgb> = palette.colours().iter().map(|c| c.colour).collect();
-    let order = outstanding_order(&colours);
-    let references = [Shows::Black, Shows::White].map(|shows| (shows, REFERENCES));
-    let trial = order.iter().map(|&k| (Shows::Solid(colours[k]), 1));
-    let shots: Vec<Shot> = references
-        .into_iter()
-        .chain(trial)
-        .map(|(shows, count)| Shot {
-            view: trial_view(shows, projected),
-            shows,
-            count,
-        })
-        .collect();
-    let frames = rig.shoot_all(&shots, Stage::Background, cancel, &mut |done| {
-        step(&format!("{done} recorded"), done);
-    })?;
-    let mut pictures = frames.into_iter().map(|frames| {
-        let pictures = frames.into_iter().map(|frame| frame.picture);
-        pictures.collect::<Vec<_>>()
-    });
-    let black = pictures.next().unwrap_or_default();
-    let white = pictures.next().unwrap_or_default();
-    let mut taken: Vec<(usize, RgbImage)> = order.into_iter().zip(pictures.flatten()).collect();
-    taken.sort_by_key(|(place, _)| *place);
-    let shots = taken
-        .into_iter()
-        .map(|(place, picture)| (palette.colours()[place].clone(), picture))
-        .collect();
-    step("choosing", of);
-    let trial = ColourTrial {
-        black,
-        white,
-        shots,
+    let shot = |(shows, count)| Shot {
+        view: trial_view(shows, projected),
+        shows,
+        count,
     };
+    let order = outstanding_order(&colours);
+    let at_once = if measured.is_some() {
+        AT_ONCE
+    } else {
+        order.len().max(1)
+    };
+    let mut trial = ColourTrial::default();
+    let mut taken: Vec<(usize, RgbImage)> = Vec::new();
+    for (round, places) in order.chunks(at_once).enumerate() {
+        let references = [Shows::Black, Shows::White].map(|shows| (shows, REFERENCES));
+        let references = references.into_iter().filter(|_| round == 0);
+        let tried = places.iter().map(|&k| (Shows::Solid(colours[k]), 1));
+        let shots: Vec<Shot> = references.chain(tried).map(shot).collect();
+        let before = taken.len() + usize::from(round > 0) * 2;
+        let frames = rig.shoot_all(&shots, Stage::Background, cancel, &mut |done| {
+            step(&format!("{} recorded", before + done), before + done);
+        })?;
+        let mut pictures = frames.into_iter().map(|frames| {
+            let pictures = frames.into_iter().map(|frame| frame.picture);
+            pictures.collect::<Vec<_>>()
+        });
+        if round == 0 {
+            trial.black = pictures.next().unwrap_or_default();
+            trial.white = pictures.next().unwrap_or_default();
+        }
+        taken.extend(places.iter().copied().zip(pictures.flatten()));
+        taken.sort_by_key(|(place, _)| *place);
+        trial.shots = taken
+            .iter()
+            .map(|(place, picture)| (palette.colours()[*place].clone(), picture.clone()))
+            .collect();
+        if let Some(measured) = &mut measured
+            && taken.len() < colours.len()
+        {
+            measured(choose_colours(&trial, projected, None)?);
+        }
+    }
+    step("choosing", of);
     let selection = choose_colours(&trial, projected, current)?;
     Ok(ColourTrialResult { trial, selection })
 }

@@ -75,8 +75,20 @@ pub struct LiveFrame {
     pub ms: f64,
 }
 
+/// A frame that was taken, for those who want more than figures.
+pub struct LiveView<'a> {
+    /// What it gave.
+    pub told: &'a LiveFrame,
+    /// The frame itself; not there when the labels were refreshed in between.
+    pub frame: Option<&'a Frame>,
+    /// What it was read with, and the grid that was read last.
+    pub reader: &'a Reader,
+    /// Somebody at the projector has changed its settings: what is read now may be another grid.
+    pub settings_changed: bool,
+}
+
 /// What is told of each frame; a break ends the reading.
-pub type OnFrame<'a> = &'a mut dyn FnMut(&LiveFrame) -> ControlFlow<()>;
+pub type OnFrame<'a> = &'a mut dyn FnMut(&LiveView<'_>) -> ControlFlow<()>;
 
 /// Records the references, then reads until `on_frame` breaks or the operator stops it, which is no error here.
 ///
@@ -116,7 +128,9 @@ impl<'a> Live<'a> {
         settings: &'a LiveSettings,
         cancel: &'a Cancel,
     ) -> Result<Self, SessionError> {
-        let RecordSettings { references, grids } = settings.record;
+        let RecordSettings {
+            references, grids, ..
+        } = settings.record;
         let last = match settings.mode {
             LiveMode::Static | LiveMode::Dynamic => [Shows::Unary, Shows::Prmvs],
             LiveMode::Tracking => [Shows::Prmvs, Shows::Unary],
@@ -171,6 +185,8 @@ impl<'a> Live<'a> {
             if self.cancel.is_cancelled() {
                 return Err(SessionError::Cancelled);
             }
+            let mut settings_changed = false;
+            let mut taken = None;
             let due = since_coded >= self.settings.refresh.max(1);
             let told = if self.settings.mode == LiveMode::Tracking && due {
                 since_coded = 0;
@@ -178,11 +194,19 @@ impl<'a> Live<'a> {
             } else {
                 since_coded += 1;
                 let frame = self.rig.next_frame(FRAME_TIMEOUT)?;
-                self.watch.listen(self.rig)?;
+                settings_changed = self.watch.listen(self.rig)?;
                 let pattern = self.watch.pattern(&frame);
-                self.read(&frame, pattern)?
+                let told = self.read(&frame, pattern)?;
+                taken = Some(frame);
+                told
             };
-            if on_frame(&told).is_break() {
+            let view = LiveView {
+                told: &told,
+                frame: taken.as_ref(),
+                reader: &self.reader,
+                settings_changed,
+            };
+            if on_frame(&view).is_break() {
                 return Ok(());
             }
         }

@@ -5,6 +5,7 @@
 //! command line.
 
 mod colours;
+mod finer;
 mod latency;
 mod live;
 mod new_scan;
@@ -14,10 +15,10 @@ mod scan;
 mod sequence;
 pub mod tagging;
 
-pub use colours::{ColourTrialResult, apply_selection, try_colours};
+pub use colours::{ColourTrialOrder, ColourTrialResult, OnMeasured, apply_selection, try_colours};
 pub use latency::{Latency, LatencySettings, measure_latency};
-pub use live::{LiveFrame, LiveMode, LiveSettings, OnFrame, read_live};
-pub use new_scan::{NewScan, grid_warnings, projected};
+pub use live::{LiveFrame, LiveMode, LiveSettings, LiveView, OnFrame, read_live};
+pub use new_scan::{NewScan, grid_warnings, projected, recording_warnings};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};
 pub use scan::{RecordSettings, record_stage};

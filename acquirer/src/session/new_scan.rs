@@ -4,10 +4,10 @@ use std::path::Path;
 
 use shared::{
     geometry::RigCalibration,
-    pattern::{CameraScale, RasterSize},
+    pattern::{CameraScale, Grid, PatternError, RasterSize},
 };
 
-use super::{Rig, SessionError};
+use super::{RecordSettings, Rig, SessionError, finer::finer_patterns};
 use crate::{
     config::Config,
     pipeline::{Projected, colour_choice::ColourSelection},
@@ -68,7 +68,26 @@ pub fn projected(rig: &Rig) -> Result<Projected, LinkError> {
 /// even if the projector's picture fills its own.
 #[must_use]
 pub fn grid_warnings(rig: &Rig, projected: &Projected) -> Vec<String> {
-    let (grid, raster) = (&projected.pattern.coded, projected.raster);
+    warnings(rig, &projected.pattern.coded, projected.raster)
+}
+
+/// As [`grid_warnings`], for the grid and the finer ones that are recorded after it.
+///
+/// # Errors
+/// A finer grid that there is not.
+pub fn recording_warnings(
+    rig: &Rig,
+    projected: &Projected,
+    settings: &RecordSettings,
+) -> Result<Vec<String>, PatternError> {
+    let mut all = grid_warnings(rig, projected);
+    for finer in finer_patterns(projected, settings)? {
+        all.extend(warnings(rig, &finer.coded, projected.raster));
+    }
+    Ok(all)
+}
+
+fn warnings(rig: &Rig, grid: &Grid, raster: RasterSize) -> Vec<String> {
     let mut warnings = grid.warnings(raster);
     warnings.extend(grid.camera_warnings(raster, CameraScale::filling(raster, camera_size(rig))));
     warnings

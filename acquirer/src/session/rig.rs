@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use shared::{protocol::View, stage::Stage};
+use shared::{pattern::PatternError, protocol::View, stage::Stage};
 use thiserror::Error;
 
 use super::{Cancel, Latency};
@@ -32,6 +32,9 @@ pub enum SessionError {
     /// The captures can't be used.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
+    /// A grid that can't be shown.
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
     /// The camera's picture does not follow the projector's.
     #[error(
         "the camera does not see the projector: white and black frames differ by {percent:.1} % of full light on \

@@ -297,7 +297,10 @@ fn is_of(pattern: &Pattern, view: &View) -> bool {
         (Pattern::Solid { colour }, View::Black) => *colour == Rgb::BLACK,
         (Pattern::Solid { colour }, View::White) => *colour == Rgb::WHITE,
         (Pattern::Solid { colour: shown }, View::Solid { colour }) => shown == colour,
-        (Pattern::Ramp, View::Ramp) | (Pattern::Identify { .. }, View::Identify) => true,
+        (Pattern::Grid(shown), View::TwoColour) => shown.colours().len() == 2,
+        (Pattern::Ramp, View::Ramp)
+        | (Pattern::TestCard, View::TestCard)
+        | (Pattern::Identify { .. }, View::Identify) => true,
         _ => false,
     }
 }

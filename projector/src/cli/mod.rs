@@ -25,8 +25,9 @@ Examples:
   projector revoke --all                nobody is paired any more
   projector render --pattern config/pattern.toml --size 1024x768 grid.png
 
-Keys in the window: I identify, C coded grid, U unary grid, K black, W white,
-R ramp, Escape end.
+Keys in the window: I identify, T test card for focus and keystone, C coded grid,
+2 two-colour grid, U unary grid, K black, W white, R ramp, B blank and back,
+O the operator's window, Escape end.
 Standard output gets one line, \"listening on ADDR:PORT\", once the first picture
 is shown and commands are taken. The log goes to standard error; RUST_LOG=debug
 makes it longer.
@@ -68,6 +69,12 @@ struct ShowArgs {
     /// Fill the monitor of this name (see `projector screens`).
     #[arg(long, value_name = "NAME")]
     screen: Option<String>,
+    /// Open the operator's window even if it covers the picture; by itself it opens on a second monitor only.
+    #[arg(long, conflicts_with_all = ["headless", "no_operator"])]
+    operator: bool,
+    /// Don't open the operator's window.
+    #[arg(long)]
+    no_operator: bool,
     /// Take commands on this address (default 127.0.0.1:4460); port 0 takes a free one. On an address other
     /// than loopback the projector speaks TLS and lets in who is paired.
     #[arg(long, value_name = "ADDR:PORT")]
@@ -182,6 +189,8 @@ mod tests {
             "--headless 0x768",
             "--headless 64x48 --windowed 64x48",
             "--screen A --windowed 64x48",
+            "--operator --no-operator",
+            "--operator --headless 64x48",
             "--listen 4460",
             "--listen :4460",
             "--listen localhost:99999",

@@ -11,6 +11,7 @@ use super::RenderArgs;
 pub(super) const FORMS: &str = r##"FILE is one of
   a pattern    {"kind": "solid", "colour": "#8000ff"}
                {"kind": "ramp"}
+               {"kind": "test_card"}    focus and keystone
                {"kind": "identify", "label": "A"}
                {"kind": "grid", ...} with the keys of a grid
   a grid       {"rows": 15, "columns": 15,

@@ -10,7 +10,7 @@ use crate::{
     access::Access,
     config::{self, Config},
     control::{Control, ControlSettings, Listening},
-    screen::{self, Orders, Placement, Reporter, WindowSettings},
+    screen::{self, OperatorSettings, Orders, Placement, Reporter, WhenOperator, WindowSettings},
 };
 
 /// The checked command line and configuration.
@@ -30,6 +30,9 @@ pub(super) fn run(args: ShowArgs) -> anyhow::Result<()> {
     let listening = Listening::bind(&plan.listen)?;
     if !listening.address().ip().is_loopback() {
         plan.control.access = Some(Arc::new(protect(listening.address())?));
+    }
+    if let Screen::Window(settings) = &mut plan.screen {
+        settings.operator.listening = Some(listening.address());
     }
     let orders = Arc::new(Orders::new());
     let for_signals = orders.clone();
@@ -59,7 +62,11 @@ fn protect(address: SocketAddr) -> anyhow::Result<Access> {
 
 /// The command line goes before the configuration file, and that before the shipped values.
 fn plan(args: ShowArgs) -> anyhow::Result<Plan> {
-    let Config { control, screen } = match &args.config {
+    let Config {
+        control,
+        screen,
+        operator,
+    } = match &args.config {
         Some(path) => Config::read(path)?,
         None => config::shipped_config()?,
     };
@@ -71,10 +78,20 @@ fn plan(args: ShowArgs) -> anyhow::Result<Plan> {
     let name = args
         .screen
         .or_else(|| Some(screen.name).filter(|name| !name.is_empty()));
+    let when = match (args.operator, args.no_operator) {
+        (true, _) => WhenOperator::Always,
+        (_, true) => WhenOperator::Never,
+        _ => operator.window,
+    };
+    let operator = OperatorSettings {
+        when,
+        listening: None,
+    };
     let window = |placement| {
         Screen::Window(WindowSettings {
             placement,
             hold_refreshes,
+            operator,
         })
     };
     Ok(Plan {

@@ -84,7 +84,10 @@ impl Hub {
         };
         hub.orders.show(hub.state.picture().clone());
         hub.wait_for_picture(None, false);
-        while hub.step(&mut screen, &mut events).await {}
+        hub.orders.tell(hub.state.overview());
+        while hub.step(&mut screen, &mut events).await {
+            hub.orders.tell(hub.state.overview());
+        }
     }
 
     /// Does one thing; whether the program goes on.

@@ -40,6 +40,9 @@ pub enum ScreenError {
     /// The graphics driver does not start.
     #[error("the graphics driver does not start")]
     Device(#[from] wgpu::RequestDeviceError),
+    /// The system refuses a thread.
+    #[error("cannot start a thread")]
+    Thread(#[source] std::io::Error),
     /// Only formats that would change the colours.
     #[error(
         "the window has no 8-bit format without sRGB conversion (it has {0}): use another driver"

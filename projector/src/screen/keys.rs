@@ -1,4 +1,4 @@
-//! The keys of the projector's own keyboard, for pointing and focusing without a second computer.
+//! The keys of both windows, for pointing and focusing without a second computer.
 
 use shared::protocol::{Command, View};
 use winit::keyboard::Key;
@@ -13,9 +13,11 @@ pub(super) fn command_of(key: &Key) -> Option<Command> {
     };
     let view = match text.to_lowercase().as_str() {
         "c" => View::Coded,
+        "2" => View::TwoColour,
         "u" => View::Unary,
         "k" => View::Black,
         "w" => View::White,
+        "t" => View::TestCard,
         "r" => View::Ramp,
         "i" => {
             return Some(Command::Identify {

@@ -1,5 +1,7 @@
 //! Where the pictures go: a window on a projector, or nowhere with the same timing.
 //!
+//! Beside the picture's window there may be the operator's, which shows and changes the state like any client.
+//!
 //! A screen runs on the program's main thread, as window systems want it. It takes [`Orders`], and gives
 //! back through a [`Reporter`] what it is and from when on a picture is certainly shown. It decides nothing.
 
@@ -13,6 +15,8 @@ mod monitor_watch;
 
 mod painter;
 
+mod gpu;
+
 mod surface;
 
 mod presentation;
@@ -20,6 +24,10 @@ mod presentation;
 mod placement;
 
 mod keys;
+
+mod pattern_window;
+
+mod operator_window;
 
 mod window;
 
@@ -31,7 +39,7 @@ pub use monitors::{Monitor, list as list_monitors};
 pub use orders::{Orders, Pending};
 pub use painter::PainterError;
 pub use placement::Placement;
-pub use window::{WindowSettings, run as run_window};
+pub use window::{OperatorSettings, WhenOperator, WindowSettings, run as run_window};
 
 use shared::{
     pattern::RasterSize,

@@ -6,13 +6,15 @@ use std::{
     sync::{Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
 };
 
-use crate::state::Picture;
+use crate::state::{Overview, Picture};
 
 /// What a screen finds in the slot.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pending {
     /// The picture to show now.
     pub picture: Option<Picture>,
+    /// The state for the operator's window, if it has changed.
+    pub overview: Option<Box<Overview>>,
     /// The program is to end.
     pub end: bool,
 }
@@ -23,6 +25,7 @@ type Wake = Box<dyn Fn() + Send + Sync>;
 #[derive(Default)]
 pub struct Orders {
     pending: Mutex<Pending>,
+    told: Mutex<Option<Overview>>,
     filled: Condvar,
     wake: OnceLock<Wake>,
 }
@@ -40,6 +43,16 @@ impl Orders {
         self.notify();
     }
 
+    /// Tells the state to the operator's window, if it is news.
+    pub fn tell(&self, overview: Overview) {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        if told.as_ref() != Some(&overview) {
+            self.lock().overview = Some(Box::new(overview.clone()));
+            *told = Some(overview);
+            self.notify();
+        }
+    }
+
     /// Asks for the end of the program.
     pub fn end(&self) {
         self.lock().end = true;
@@ -49,23 +62,15 @@ impl Orders {
     /// Takes what is there, without waiting.
     #[must_use]
     pub fn take(&self) -> Pending {
-        let mut pending = self.lock();
-        Pending {
-            picture: pending.picture.take(),
-            end: pending.end,
-        }
+        take(&mut self.lock())
     }
 
-    /// Takes what is there, and waits while there is nothing.
+    /// Takes what is there, and waits while there is neither a picture nor the end.
     #[must_use]
     pub fn wait(&self) -> Pending {
         let nothing = |pending: &mut Pending| pending.picture.is_none() && !pending.end;
         let guard = self.filled.wait_while(self.lock(), nothing);
-        let mut pending = guard.unwrap_or_else(PoisonError::into_inner);
-        Pending {
-            picture: pending.picture.take(),
-            end: pending.end,
-        }
+        take(&mut guard.unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Sets what wakes a screen that sleeps elsewhere than in [`Self::wait`]. Only the first call counts.
@@ -85,6 +90,15 @@ impl Orders {
         if let Some(wake) = self.wake.get() {
             wake();
         }
+    }
+}
+
+/// Everything but the end, which stays.
+fn take(pending: &mut Pending) -> Pending {
+    Pending {
+        picture: pending.picture.take(),
+        overview: pending.overview.take(),
+        end: pending.end,
     }
 }
 

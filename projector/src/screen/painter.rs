@@ -2,7 +2,7 @@
 //!
 //! Takes a pattern and a raster size, gives a target texture of an 8-bit format without sRGB conversion.
 //! Lines are composed by the shader from two 1-D profiles, so a grid costs a few kilobytes of upload
-//! whatever the raster's size; the ramp and the identify card come as a texture of the whole raster. It
+//! whatever the raster's size; the ramp and the cards come as a texture of the whole raster. It
 //! fails quietly only where the target's format converts: with an sRGB format every value but 0 and 255
 //! would come out brighter, which is why the window asks for a format without.
 
@@ -59,7 +59,10 @@ impl Content {
                 let profile = |axis| grid.profile(axis, size).into_iter().map(texel).collect();
                 lines(profile(Axis::Column), profile(Axis::Row), Rgb::BLACK)
             }
-            Pattern::Ramp | Pattern::Identify { .. } | Pattern::PairingCode { .. } => {
+            Pattern::Ramp
+            | Pattern::TestCard
+            | Pattern::Identify { .. }
+            | Pattern::PairingCode { .. } => {
                 let raster = pattern.raster(size);
                 let texels = raster
                     .bytes()

@@ -9,7 +9,7 @@ use shared::pattern::{Pattern, RasterSize};
 use wgpu::CurrentSurfaceTexture as Acquired;
 use winit::{event_loop::ActiveEventLoop, window::Window};
 
-use super::{PainterError, ScreenError, painter::Painter};
+use super::{PainterError, ScreenError, gpu::Gpu, painter::Painter};
 
 /// Longest time the GPU may take for one frame before it counts as stuck.
 const GPU_TIMEOUT: Duration = Duration::from_secs(2);
@@ -26,53 +26,41 @@ pub(super) enum Frame {
 /// A window that can be drawn into.
 pub(super) struct Canvas {
     window: Arc<Window>,
-    instance: wgpu::Instance,
+    gpu: Gpu,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
     painter: Painter,
 }
 
 impl Canvas {
-    /// Prepares a window for drawing.
+    /// Prepares a window for drawing, with the driver that is open already or with one opened for it.
     ///
     /// # Errors
     /// No driver that can draw into it, or none with an exact format.
     pub(super) fn new(
         event_loop: &ActiveEventLoop,
         window: Arc<Window>,
+        open: Option<&Gpu>,
     ) -> Result<Self, ScreenError> {
-        let (instance, surface, adapter) = open_adapter(event_loop, &window)?;
-        let info = adapter.get_info();
-        tracing::info!(
-            "drawing with {} ({}, {})",
-            info.name,
-            info.backend,
-            info.driver_info
-        );
-        let limits = wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits());
-        let descriptor = wgpu::DeviceDescriptor {
-            required_limits: limits,
-            ..Default::default()
+        let (gpu, surface) = match open {
+            Some(gpu) => (gpu.clone(), gpu.instance.create_surface(window.clone())?),
+            None => Gpu::open(event_loop, &window)?,
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))?;
-        // The default is to panic; a lost GPU must not take the TCP side with it.
-        device.on_uncaptured_error(Arc::new(|error| {
-            tracing::error!("graphics driver: {error}");
-        }));
-        let config = configuration(&surface, &adapter, &window)?;
-        surface.configure(&device, &config);
-        let painter = Painter::new(device.clone(), queue.clone(), config.format);
+        let config = configuration(&surface, &gpu.adapter, &window)?;
+        surface.configure(&gpu.device, &config);
+        let painter = Painter::new(gpu.device.clone(), gpu.queue.clone(), config.format);
         Ok(Self {
             window,
-            instance,
+            gpu,
             surface,
             config,
-            device,
-            queue,
             painter,
         })
+    }
+
+    /// The driver it is drawn with.
+    pub(super) fn gpu(&self) -> &Gpu {
+        &self.gpu
     }
 
     /// Size of what is drawn.
@@ -86,12 +74,12 @@ impl Canvas {
     /// Follows the window's size; whether it changed.
     pub(super) fn follow_window(&mut self) -> bool {
         let size = self.window.inner_size();
-        let most = self.device.limits().max_texture_dimension_2d;
+        let most = self.gpu.most_px();
         let (width, height) = (size.width.clamp(1, most), size.height.clamp(1, most));
         let changed = (width, height) != (self.config.width, self.config.height);
         if changed {
             (self.config.width, self.config.height) = (width, height);
-            self.surface.configure(&self.device, &self.config);
+            self.surface.configure(&self.gpu.device, &self.config);
         }
         changed
     }
@@ -113,7 +101,7 @@ impl Canvas {
             Acquired::Timeout => return Frame::NotNow("the screen does not take pictures"),
             Acquired::Occluded => return Frame::NotNow("the window is covered or minimised"),
             Acquired::Outdated => {
-                self.surface.configure(&self.device, &self.config);
+                self.surface.configure(&self.gpu.device, &self.config);
                 return Frame::NotNow("the window is changing");
             }
             Acquired::Lost => return self.renew_surface(),
@@ -125,7 +113,7 @@ impl Canvas {
                 .create_view(&wgpu::TextureViewDescriptor::default()),
         );
         self.window.pre_present_notify();
-        self.queue.present(texture);
+        self.gpu.queue.present(texture);
         Frame::Presented
     }
 
@@ -135,14 +123,14 @@ impl Canvas {
             submission_index: None,
             timeout: Some(GPU_TIMEOUT),
         };
-        self.device.poll(wait).is_ok()
+        self.gpu.device.poll(wait).is_ok()
     }
 
     fn renew_surface(&mut self) -> Frame {
-        match self.instance.create_surface(self.window.clone()) {
+        match self.gpu.instance.create_surface(self.window.clone()) {
             Ok(surface) => {
                 self.surface = surface;
-                self.surface.configure(&self.device, &self.config);
+                self.surface.configure(&self.gpu.device, &self.config);
                 Frame::NotNow("the connection to the window was renewed")
             }
             Err(error) => {
@@ -151,33 +139,6 @@ impl Canvas {
             }
         }
     }
-}
-
-type Opened = (wgpu::Instance, wgpu::Surface<'static>, wgpu::Adapter);
-
-/// Vulkan first: it is the driver whose pixels and pacing were checked; any other if there is none.
-fn open_adapter(event_loop: &ActiveEventLoop, window: &Arc<Window>) -> Result<Opened, ScreenError> {
-    let open = |backends| -> Result<Opened, ScreenError> {
-        let display = Box::new(event_loop.owned_display_handle());
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-            backends,
-            ..wgpu::InstanceDescriptor::new_with_display_handle(display)
-        });
-        let surface = instance.create_surface(window.clone())?;
-        let options = wgpu::RequestAdapterOptions {
-            compatible_surface: Some(&surface),
-            ..Default::default()
-        };
-        let adapter = pollster::block_on(instance.request_adapter(&options))?;
-        Ok((instance, surface, adapter))
-    };
-    if let Some(backends) = wgpu::Backends::from_env() {
-        return open(backends);
-    }
-    open(wgpu::Backends::VULKAN).or_else(|error| {
-        tracing::warn!("Vulkan cannot be used, trying other graphics drivers: {error}");
-        open(wgpu::Backends::all())
-    })
 }
 
 fn configuration(

@@ -1,39 +1,46 @@
-//! The window: full-screen on the projector's monitor, or an ordinary one to look at.
+//! The event loop of the windows: the picture's, and the operator's.
 //!
 //! Takes orders, gives what winit and the GPU make of them. While a new picture is not certainly shown it
-//! is presented again and again; then the loop sleeps until something happens.
+//! is presented again and again; then the loop sleeps until something happens. The operator's window is drawn
+//! only while no picture is on its way and none came for a while.
 
 use std::{
+    net::SocketAddr,
     sync::Arc,
     time::{Duration, Instant},
 };
 
-use shared::protocol::{ScreenInfo, ScreenKind};
+use serde::{Deserialize, Serialize};
+use shared::protocol::Command;
 use winit::{
     application::ApplicationHandler,
-    dpi::{PhysicalPosition, PhysicalSize},
     event::{ElementState, KeyEvent, WindowEvent},
-    event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
+    event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy},
     keyboard::{Key, NamedKey},
-    window::{Window, WindowAttributes, WindowId},
+    monitor::MonitorHandle,
+    window::WindowId,
 };
 
 use super::{
     Orders, Placement, Reporter, ScreenError,
     keys::command_of,
-    monitor_watch::{MonitorWatch, Place},
-    placement::{choose_monitor, full_screen},
+    monitors::{self, Monitor},
+    operator_window::{OperatorWindow, Outcome},
+    pattern_window::{Look, PatternWindow},
     presentation::{Next, Presentation},
-    surface::{Canvas, Frame},
+    surface::Frame,
 };
-use crate::state::Picture;
+use crate::{
+    operator::Action,
+    state::{Overview, Picture},
+};
 
 /// How often it is looked whether the monitor is still there.
 const MONITOR_CHECK: Duration = Duration::from_secs(2);
 /// Pause before a frame that could not be presented is tried again.
 const RETRY: Duration = Duration::from_millis(100);
-/// Refresh rate taken where the system tells none.
-const USUAL_REFRESH_HZ: f64 = 60.0;
+/// The operator's window is drawn while the next presentation of a picture is at least this far away.
+const QUIET: Duration = Duration::from_millis(25);
 
 /// What the window is opened with.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,6 +49,30 @@ pub struct WindowSettings {
     pub placement: Placement,
     /// After how many refreshes a picture is taken as certainly shown.
     pub hold_refreshes: u32,
+    /// The operator's window.
+    pub operator: OperatorSettings,
+}
+
+/// What the operator's window is opened with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OperatorSettings {
+    /// Whether it opens by itself.
+    pub when: WhenOperator,
+    /// Where commands are taken from the network, for people to see.
+    pub listening: Option<SocketAddr>,
+}
+
+/// Whether the operator's window opens by itself. The O key opens and closes it in any case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WhenOperator {
+    /// If there is a second monitor, so that it doesn't cover the picture.
+    #[default]
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
 }
 
 /// Opens the window and runs until the orders, the Escape key or its close button end it.
@@ -55,85 +86,100 @@ pub fn run(
 ) -> Result<(), ScreenError> {
     let event_loop = EventLoop::<()>::with_user_event().build()?;
     let proxy = event_loop.create_proxy();
-    orders.set_wake(move || {
-        // It fails only when the loop has ended, and then there is nothing to wake.
-        proxy.send_event(()).ok();
-    });
-    let mut screen = WindowScreen::new(settings, orders, reporter);
+    let for_orders = proxy.clone();
+    orders.set_wake(move || wake(&for_orders));
+    let mut screen = WindowScreen::new(settings, orders, reporter, proxy);
     event_loop.run_app(&mut screen)?;
     screen.failure.map_or(Ok(()), Err)
 }
 
-/// An open window and what is drawn in it.
-struct Opened {
-    window: Arc<Window>,
-    canvas: Canvas,
-    name: String,
-    period: Duration,
-    /// The monitor that is filled; `None` for a window.
-    monitor: Option<(MonitorWatch, Place)>,
+fn wake(proxy: &EventLoopProxy<()>) {
+    // It fails only when the loop has ended, and then there is nothing to wake.
+    proxy.send_event(()).ok();
 }
 
 struct WindowScreen {
     settings: WindowSettings,
     orders: Arc<Orders>,
     reporter: Reporter,
-    opened: Option<Opened>,
+    proxy: EventLoopProxy<()>,
+    pattern: Option<PatternWindow>,
+    operator: Option<OperatorWindow>,
+    overview: Option<Overview>,
     picture: Option<Picture>,
     /// Present while the picture is not certainly shown.
     presentation: Option<Presentation>,
     redraw_at: Option<Instant>,
+    /// When the pattern changed last, or became certain.
+    still_since: Instant,
     check_at: Option<Instant>,
-    monitor_gone: bool,
     failure: Option<ScreenError>,
 }
 
 impl WindowScreen {
-    fn new(settings: WindowSettings, orders: Arc<Orders>, reporter: Reporter) -> Self {
+    fn new(
+        settings: WindowSettings,
+        orders: Arc<Orders>,
+        reporter: Reporter,
+        proxy: EventLoopProxy<()>,
+    ) -> Self {
         Self {
             settings,
             orders,
             reporter,
-            opened: None,
+            proxy,
+            pattern: None,
+            operator: None,
+            overview: None,
             picture: None,
             presentation: None,
             redraw_at: None,
+            still_since: Instant::now(),
             check_at: None,
-            monitor_gone: false,
             failure: None,
         }
     }
 
-    fn open(&self, event_loop: &ActiveEventLoop) -> Result<Opened, ScreenError> {
-        let base = WindowAttributes::default().with_title("projector");
-        let (attributes, name, monitor) = match &self.settings.placement {
-            Placement::FullScreen(wanted) => {
-                let (handle, monitor) = choose_monitor(event_loop, wanted.as_deref())?;
-                (
-                    full_screen(base, &handle),
-                    monitor.name.clone(),
-                    Some(monitor),
-                )
+    /// Opens the picture's window where the settings say; a window that is open already is closed after it.
+    fn open_pattern(&mut self, event_loop: &ActiveEventLoop) -> Result<(), ScreenError> {
+        let gpu = self.pattern.as_ref().map(|open| open.canvas.gpu().clone());
+        let opened = PatternWindow::open(event_loop, &self.settings.placement, gpu.as_ref())?;
+        self.check_at = opened
+            .fills_monitor()
+            .then(|| Instant::now() + MONITOR_CHECK);
+        self.pattern = Some(opened);
+        self.report();
+        Ok(())
+    }
+
+    /// Opens the operator's window on a monitor without the picture, if there is one.
+    fn open_operator(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(pattern) = &self.pattern else { return };
+        let proxy = self.proxy.clone();
+        let other = other_monitor(event_loop, pattern);
+        let gpu = pattern.canvas.gpu();
+        match OperatorWindow::open(event_loop, gpu, other.as_ref(), move || wake(&proxy)) {
+            Ok(opened) => {
+                self.operator = Some(opened);
+                self.tell_operator(event_loop);
             }
-            Placement::Window(size) => {
-                let inner = PhysicalSize::new(size.width, size.height);
-                let attributes = base.with_inner_size(inner).with_resizable(false);
-                (attributes, "window".to_owned(), None)
-            }
-        };
-        let window = Arc::new(event_loop.create_window(attributes)?);
-        window.set_cursor_visible(monitor.is_none());
-        let canvas = Canvas::new(event_loop, window.clone())?;
-        let refresh_hz = monitor.as_ref().and_then(|monitor| monitor.refresh_hz);
-        let period = Duration::from_secs_f64(1.0 / refresh_hz.unwrap_or(USUAL_REFRESH_HZ).max(1.0));
-        let monitor = monitor.map(|monitor| (MonitorWatch::new(event_loop), Place::from(&monitor)));
-        Ok(Opened {
-            window,
-            canvas,
-            name,
-            period,
-            monitor,
-        })
+            Err(error) => tracing::error!("there is no operator's window: {error}"),
+        }
+    }
+
+    fn wants_operator(&self, event_loop: &ActiveEventLoop) -> bool {
+        match self.settings.operator.when {
+            WhenOperator::Always => true,
+            WhenOperator::Never => false,
+            WhenOperator::Auto => event_loop.available_monitors().count() > 1,
+        }
+    }
+
+    fn tell_operator(&mut self, event_loop: &ActiveEventLoop) {
+        if let (Some(operator), Some(overview)) = (&mut self.operator, &self.overview) {
+            let listening = self.settings.operator.listening;
+            operator.tell(overview.clone(), list(event_loop), listening);
+        }
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: ScreenError) {
@@ -143,58 +189,37 @@ impl WindowScreen {
 
     /// Tells what the screen is, with what is wrong about it.
     fn report(&self) {
-        let Some(opened) = &self.opened else { return };
-        let raster = opened.canvas.raster();
-        let (kind, wanted) = match (&opened.monitor, &self.settings.placement) {
-            (Some((_, place)), _) => (ScreenKind::FullScreen, place.size()),
-            (None, Placement::Window(size)) => (ScreenKind::Window, *size),
-            (None, Placement::FullScreen(_)) => (ScreenKind::Window, raster),
-        };
-        let problem = if self.monitor_gone {
-            Some(format!(
-                "the monitor {} is gone: plug it in again",
-                opened.name
-            ))
-        } else if raster != wanted {
-            Some(format!(
-                "the picture is {raster}, not {wanted}: the desktop changed the window"
-            ))
-        } else {
-            None
-        };
-        if let Some(problem) = &problem {
+        let Some(pattern) = &self.pattern else { return };
+        let info = pattern.info();
+        if let Some(problem) = &info.problem {
             tracing::warn!("{problem}");
         }
-        self.reporter.screen(ScreenInfo {
-            kind,
-            name: opened.name.clone(),
-            raster,
-            problem,
-        });
+        self.reporter.screen(info);
     }
 
     /// Starts to present the picture, in the present size.
     fn present(&mut self) {
-        let (Some(opened), Some(picture)) = (&mut self.opened, &self.picture) else {
+        let (Some(pattern), Some(picture)) = (&mut self.pattern, &self.picture) else {
             return;
         };
-        if let Err(error) = opened.canvas.load(&picture.pattern) {
+        if let Err(error) = pattern.canvas.load(&picture.pattern) {
             tracing::error!("picture {} cannot be drawn: {error}", picture.serial);
             return;
         }
         self.presentation = Some(Presentation::new(
             self.settings.hold_refreshes,
-            opened.period,
+            pattern.period,
         ));
         self.redraw_at = None;
-        opened.window.request_redraw();
+        self.still_since = Instant::now();
+        pattern.window.request_redraw();
     }
 
     fn resized(&mut self) {
         let changed = self
-            .opened
+            .pattern
             .as_mut()
-            .is_some_and(|opened| opened.canvas.follow_window());
+            .is_some_and(|pattern| pattern.canvas.follow_window());
         if changed {
             self.report();
             self.present();
@@ -202,10 +227,10 @@ impl WindowScreen {
     }
 
     fn draw(&mut self) {
-        let Some(opened) = &mut self.opened else {
+        let Some(pattern) = &mut self.pattern else {
             return;
         };
-        if let Frame::NotNow(why) = opened.canvas.draw() {
+        if let Frame::NotNow(why) = pattern.canvas.draw() {
             tracing::debug!("picture not presented: {why}");
             self.redraw_at = Some(Instant::now() + RETRY);
             return;
@@ -214,7 +239,7 @@ impl WindowScreen {
             return;
         };
         match presentation.presented(Instant::now()) {
-            Next::Again => opened.window.request_redraw(),
+            Next::Again => pattern.window.request_redraw(),
             Next::AgainAt(time) => self.redraw_at = Some(time),
             Next::Certain => self.finish(),
         }
@@ -222,56 +247,122 @@ impl WindowScreen {
 
     /// Tells that the picture is shown, once the GPU has drawn the last presentation.
     fn finish(&mut self) {
-        let (Some(opened), Some(picture)) = (&self.opened, &self.picture) else {
+        let (Some(pattern), Some(picture)) = (&self.pattern, &self.picture) else {
             return;
         };
-        if opened.canvas.finish() {
+        if pattern.canvas.finish() {
             self.presentation = None;
+            self.still_since = Instant::now();
             self.reporter
-                .presented(picture.serial, opened.canvas.raster());
+                .presented(picture.serial, pattern.canvas.raster());
         } else {
             tracing::warn!("the GPU does not finish picture {}", picture.serial);
             self.redraw_at = Some(Instant::now() + RETRY);
         }
     }
 
-    fn key(&self, event_loop: &ActiveEventLoop, key: &Key) {
-        if *key == Key::Named(NamedKey::Escape) {
-            event_loop.exit();
-        } else if let Some(command) = command_of(key) {
-            self.reporter.operator(command);
+    /// Whether the operator's window may be drawn: no picture is on its way, or its next presentation is far off.
+    fn is_quiet(&self) -> bool {
+        let far = |time: Instant| time.saturating_duration_since(Instant::now()) >= QUIET;
+        self.presentation.is_none() || self.redraw_at.is_some_and(far)
+    }
+
+    fn draw_operator(&mut self, event_loop: &ActiveEventLoop) {
+        let (quiet, still_since) = (self.is_quiet(), self.still_since);
+        let Some(operator) = &mut self.operator else {
+            return;
+        };
+        operator.changed();
+        if !quiet
+            || operator
+                .due(still_since)
+                .is_some_and(|time| time > Instant::now())
+        {
+            return;
+        }
+        for action in operator.draw() {
+            match action {
+                Action::Command(command) => self.reporter.operator(command),
+                Action::MoveTo(name) => self.move_to(event_loop, name),
+                Action::End => event_loop.exit(),
+            }
         }
     }
 
-    /// Looks whether the monitor is still where the window is, and puts the window back if it came back.
-    fn check_monitor(&mut self, event_loop: &ActiveEventLoop) {
-        let Some(opened) = &mut self.opened else {
+    /// Fills another monitor with the picture; the operator's window makes room.
+    fn move_to(&mut self, event_loop: &ActiveEventLoop, name: String) {
+        let before = std::mem::replace(
+            &mut self.settings.placement,
+            Placement::FullScreen(Some(name)),
+        );
+        if let Err(error) = self.open_pattern(event_loop) {
+            tracing::error!("the picture stays where it is: {error}");
+            self.settings.placement = before;
             return;
-        };
-        let Some((watch, place)) = &mut opened.monitor else {
-            return;
-        };
-        let found = watch.find(event_loop, &opened.name);
-        let was_gone = std::mem::replace(&mut self.monitor_gone, found.is_none());
-        if let Some(now) = found
-            && (was_gone || now != *place)
+        }
+        self.present();
+        if let (Some(operator), Some(pattern)) = (&mut self.operator, &self.pattern)
+            && let Some(other) = other_monitor(event_loop, pattern)
         {
-            tracing::info!("the monitor {} is {now} now", opened.name);
-            *place = now;
-            opened
-                .window
-                .set_outer_position(PhysicalPosition::new(now.x, now.y));
-            // Where the system resizes at once it tells so here, and sends no event.
-            if opened
-                .window
-                .request_inner_size(PhysicalSize::new(now.width, now.height))
-                .is_some()
-            {
-                self.resized();
+            operator.move_to(&other);
+        }
+    }
+
+    fn ask(&self, outcome: Outcome) {
+        match outcome {
+            Outcome::Ask(command) => self.reporter.operator(command),
+            Outcome::ToggleBlank => {
+                let blank = self.overview.as_ref().is_some_and(|all| all.state.blank);
+                self.reporter.operator(Command::Blank { on: !blank });
             }
-            self.report();
-        } else if was_gone != self.monitor_gone {
-            self.report();
+            Outcome::Nothing | Outcome::Close | Outcome::Draw => {}
+        }
+    }
+
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+        match key {
+            Key::Named(NamedKey::Escape) => event_loop.exit(),
+            Key::Character(text) if text.eq_ignore_ascii_case("o") => {
+                if self.operator.take().is_none() {
+                    self.open_operator(event_loop);
+                }
+            }
+            Key::Character(text) if text.eq_ignore_ascii_case("b") => {
+                self.ask(Outcome::ToggleBlank);
+            }
+            key => {
+                if let Some(command) = command_of(key) {
+                    self.reporter.operator(command);
+                }
+            }
+        }
+    }
+
+    fn operator_event(&mut self, event_loop: &ActiveEventLoop, event: &WindowEvent) {
+        let Some(operator) = &mut self.operator else {
+            return;
+        };
+        match operator.event(event) {
+            Outcome::Draw => self.draw_operator(event_loop),
+            Outcome::Close => {
+                self.operator = None;
+                tracing::info!("the operator's window is closed: the O key opens it again");
+            }
+            outcome => self.ask(outcome),
+        }
+    }
+
+    fn check_monitor(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(pattern) = &mut self.pattern else {
+            return;
+        };
+        match pattern.look(event_loop) {
+            Look::Same => {}
+            Look::Changed => self.report(),
+            Look::Resized => {
+                self.resized();
+                self.report();
+            }
         }
     }
 
@@ -280,32 +371,96 @@ impl WindowScreen {
         if pending.end {
             event_loop.exit();
         }
+        if let Some(overview) = pending.overview {
+            self.overview = Some(*overview);
+            self.tell_operator(event_loop);
+        }
         if let Some(picture) = pending.picture {
             self.picture = Some(picture);
             self.present();
         }
+        if let Some(operator) = &mut self.operator {
+            operator.take_preview();
+        }
     }
+
+    /// When to look again; asks for the drawings that are due.
+    fn next_time(&mut self, event_loop: &ActiveEventLoop) -> Option<Instant> {
+        let now = Instant::now();
+        if self.redraw_at.is_some_and(|time| time <= now) {
+            self.redraw_at = None;
+            if let Some(pattern) = &self.pattern {
+                pattern.window.request_redraw();
+            }
+        }
+        if self.check_at.is_some_and(|time| time <= now) {
+            self.check_at = Some(now + MONITOR_CHECK);
+            self.check_monitor(event_loop);
+        }
+        let operator_at = self
+            .operator
+            .as_ref()
+            .and_then(|operator| operator.due(self.still_since));
+        let quiet = self.is_quiet();
+        if let Some(operator) = &self.operator
+            && quiet
+            && operator_at.is_some_and(|time| time <= now)
+        {
+            operator.request_redraw();
+        }
+        let later = operator_at.filter(|time| *time > now);
+        [self.redraw_at, self.check_at, later]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+}
+
+fn list(event_loop: &ActiveEventLoop) -> Vec<Monitor> {
+    let monitors = monitors::available(event_loop).into_iter();
+    monitors.map(|(_, monitor)| monitor).collect()
+}
+
+/// The monitor for the operator: the primary one, or the first, unless the picture fills it.
+fn other_monitor(event_loop: &ActiveEventLoop, pattern: &PatternWindow) -> Option<MonitorHandle> {
+    let monitors = monitors::available(event_loop);
+    let free = |monitor: &Monitor| !pattern.fills_monitor() || monitor.name != pattern.name;
+    let mut others: Vec<_> = monitors
+        .into_iter()
+        .filter(|(_, monitor)| free(monitor))
+        .collect();
+    let primary = others.iter().position(|(_, monitor)| monitor.primary);
+    (!others.is_empty()).then(|| others.swap_remove(primary.unwrap_or(0)).0)
 }
 
 impl ApplicationHandler for WindowScreen {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.opened.is_some() {
+        if self.pattern.is_some() {
             return;
         }
-        match self.open(event_loop) {
-            Ok(opened) => {
-                self.check_at = opened
-                    .monitor
-                    .is_some()
-                    .then(|| Instant::now() + MONITOR_CHECK);
-                self.opened = Some(opened);
-                self.report();
-            }
+        match self.open_pattern(event_loop) {
+            Ok(()) if self.wants_operator(event_loop) => self.open_operator(event_loop),
+            Ok(()) => {}
             Err(error) => self.fail(event_loop, error),
         }
     }
 
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
+        if self
+            .operator
+            .as_ref()
+            .is_some_and(|operator| operator.id() == id)
+        {
+            return self.operator_event(event_loop, &event);
+        }
+        // What comes late for a window that was closed is nobody's.
+        if self
+            .pattern
+            .as_ref()
+            .is_none_or(|pattern| pattern.window.id() != id)
+        {
+            return;
+        }
         match event {
             WindowEvent::RedrawRequested => self.draw(),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => self.resized(),
@@ -326,18 +481,7 @@ impl ApplicationHandler for WindowScreen {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         self.take_orders(event_loop);
-        let now = Instant::now();
-        if self.redraw_at.is_some_and(|time| time <= now) {
-            self.redraw_at = None;
-            if let Some(opened) = &self.opened {
-                opened.window.request_redraw();
-            }
-        }
-        if self.check_at.is_some_and(|time| time <= now) {
-            self.check_at = Some(now + MONITOR_CHECK);
-            self.check_monitor(event_loop);
-        }
-        let next = [self.redraw_at, self.check_at].into_iter().flatten().min();
+        let next = self.next_time(event_loop);
         event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }

@@ -6,9 +6,15 @@
 
 mod picture;
 
+mod overview;
+
+pub use overview::{Member, Overview};
 pub use picture::Picture;
 
-use std::{collections::VecDeque, time::Duration};
+use std::{
+    collections::{BTreeMap, VecDeque},
+    time::Duration,
+};
 
 use shared::{
     pattern::{GridSettings, Pattern, PatternError, RasterSize},
@@ -104,6 +110,8 @@ pub struct State {
     /// The pairing code that is shown instead of the view.
     pairing_code: Option<String>,
     controller: Option<Controller>,
+    /// The names of all that are connected.
+    members: BTreeMap<ConnectionId, String>,
     selection: Option<Selection>,
     /// Steps of the running sequence that were not taken yet.
     steps: VecDeque<SequenceStep>,
@@ -136,6 +144,7 @@ impl State {
             identifying: false,
             pairing_code: None,
             controller: None,
+            members: BTreeMap::new(),
             selection: None,
             steps: VecDeque::new(),
             picture,
@@ -181,6 +190,26 @@ impl State {
         }
     }
 
+    /// The state as the operator at the projector sees it.
+    #[must_use]
+    pub fn overview(&self) -> Overview {
+        let member = |(&connection, name): (&ConnectionId, &String)| Member {
+            name: name.clone(),
+            role: if self.is_controller(connection) {
+                Role::Controller
+            } else {
+                Role::Watcher
+            },
+        };
+        Overview {
+            state: self.report(),
+            members: self.members.iter().map(member).collect(),
+            identifying: self.identifying,
+            steps_left: self.steps.len(),
+            on_its_way: self.picture.serial != self.shown.serial,
+        }
+    }
+
     /// The name of the controller, if there is one.
     #[must_use]
     pub fn controller_name(&self) -> Option<String> {
@@ -223,11 +252,13 @@ impl State {
                 name: hello.name.clone(),
             });
         }
+        self.members.insert(connection, hello.name.clone());
         Ok(hello.role)
     }
 
     /// Lets a client go; gives the controller's name if it was the controller.
     pub fn leave(&mut self, connection: ConnectionId) -> Option<String> {
+        self.members.remove(&connection);
         let was_controller = self.is_controller(connection);
         let controller = if was_controller {
             self.steps.clear();

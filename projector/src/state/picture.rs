@@ -19,11 +19,13 @@ pub(super) fn of_view(view: &View, grid: &GridSettings, screen_name: &str) -> Pa
     match view {
         View::Coded => grid.coded.clone().into(),
         View::Unary => grid.unary_grid().into(),
+        View::TwoColour => grid.two_colour_grid().into(),
         View::Black => Pattern::BLACK,
         View::White => Pattern::WHITE,
         View::Solid { colour } => Pattern::Solid { colour: *colour },
         View::Grid(grid) => grid.clone().into(),
         View::Ramp => Pattern::Ramp,
+        View::TestCard => Pattern::TestCard,
         View::Identify => Pattern::Identify {
             label: screen_name.to_owned(),
         },

@@ -115,6 +115,56 @@ fn settings_change_the_picture_only_when_it_is_made_of_them() {
     );
 }
 
+#[test]
+fn the_operator_sees_who_is_connected_and_who_controls() {
+    let mut state = controlled();
+    let watcher = Hello {
+        name: "onlooker".into(),
+        ..hello(Role::Watcher, false)
+    };
+    assert!(state.join(SECOND, &watcher).is_ok());
+    let members = |state: &State| -> Vec<(String, Role)> {
+        let members = state.overview().members.into_iter();
+        members.map(|member| (member.name, member.role)).collect()
+    };
+    let (bench, onlooker) = ("bench".to_owned(), "onlooker".to_owned());
+    assert_eq!(
+        members(&state),
+        [
+            (bench.clone(), Role::Controller),
+            (onlooker.clone(), Role::Watcher)
+        ]
+    );
+    assert!(
+        state
+            .join(ConnectionId(3), &hello(Role::Controller, true))
+            .is_ok()
+    );
+    state.leave(SECOND);
+    assert_eq!(
+        members(&state),
+        [(bench.clone(), Role::Watcher), (bench, Role::Controller)]
+    );
+}
+
+#[test]
+fn the_two_colour_view_and_the_test_card_are_pictures_of_their_own() {
+    let mut state = controlled();
+    let two = state.request(FIRST, show(View::TwoColour)).unwrap();
+    let Some(Pattern::Grid(grid)) = pattern_of(&two) else {
+        panic!("{two:?}")
+    };
+    assert_eq!(grid.colours(), &state.report().grid.coded.colours()[..2]);
+    let widths = Command::SetWidths {
+        row_width_px: 1,
+        column_width_px: 2,
+    };
+    assert!(state.request(FIRST, widths).unwrap().present.is_some());
+    assert!(state.overview().on_its_way);
+    let card = state.request(FIRST, show(View::TestCard)).unwrap();
+    assert_eq!(pattern_of(&card), Some(&Pattern::TestCard));
+}
+
 fn sequence(views: &[View]) -> Command {
     let steps = views.iter().map(|view| SequenceStep {
         view: view.clone(),

@@ -2,42 +2,14 @@
 //! shown one to one: a one-pixel frame on the outermost pixels, a one-pixel checkerboard in the middle of
 //! each side (it turns grey or shows bands when something scales the picture), named corners, and a label.
 
-use font8x8::{BASIC_FONTS, UnicodeFonts};
+use super::{
+    Raster, RasterSize, Rgb,
+    text::{GLYPH_PX, Text, text_width},
+};
 
-use super::{Raster, RasterSize, Rgb};
-
-const GLYPH_PX: u32 = 8;
 const FIELD: Rgb = Rgb([16, 32, 64]);
 const LABEL: Rgb = Rgb::WHITE;
 const NOTE: Rgb = Rgb([160, 200, 255]);
-
-/// One line of text on the card: where it starts and how many pixels a font pixel has.
-struct Text<'a> {
-    text: &'a str,
-    x: u32,
-    y: u32,
-    scale: u32,
-    colour: Rgb,
-}
-
-impl Text<'_> {
-    fn covers(&self, x: u32, y: u32) -> bool {
-        let (Some(dx), Some(dy)) = (x.checked_sub(self.x), y.checked_sub(self.y)) else {
-            return false;
-        };
-        let (column, row) = (dx / self.scale, dy / self.scale);
-        if row >= GLYPH_PX {
-            return false;
-        }
-        let letter = self.text.chars().nth((column / GLYPH_PX) as usize);
-        let glyph = letter.and_then(|c| BASIC_FONTS.get(c).or_else(|| BASIC_FONTS.get('?')));
-        glyph.is_some_and(|rows| rows[row as usize] >> (column % GLYPH_PX) & 1 == 1)
-    }
-}
-
-fn text_width(text: &str, scale: u32) -> u32 {
-    text.chars().count() as u32 * GLYPH_PX * scale
-}
 
 /// Draws the card.
 pub(super) fn raster(label: &str, size: RasterSize) -> Raster {

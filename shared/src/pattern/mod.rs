@@ -30,6 +30,8 @@ mod palette;
 mod place;
 mod raster;
 mod settings;
+mod test_card;
+mod text;
 
 pub use colour::Rgb;
 pub use density::{CameraScale, LEAST_PITCH_PX, LEAST_WIDTH_PX, LINE_COUNTS};

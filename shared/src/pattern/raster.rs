@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Axis, Grid, PatternError, Rgb, identify, pairing_card};
+use super::{Axis, Grid, PatternError, Rgb, identify, pairing_card, test_card};
 
 /// Size of the projector's raster in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -69,6 +69,8 @@ pub enum Pattern {
     /// Every byte value in every channel: pixel (x, y) is (x, y, x + y) modulo 256. For checking that
     /// nothing between us and the projector changes a value.
     Ramp,
+    /// A card to focus the projector by and to set its keystone.
+    TestCard,
     /// A card that tells a person which output this is and how it stands.
     Identify {
         /// Text in the middle, for example the monitor's name.
@@ -96,6 +98,7 @@ impl Pattern {
             Self::Ramp => Raster::from_fn(size, |x, y| {
                 Rgb([x, y, x + y].map(|value| (value % 256) as u8))
             }),
+            Self::TestCard => test_card::raster(size),
             Self::Identify { label } => identify::raster(label, size),
             Self::PairingCode { text } => pairing_card::raster(text, size),
         }

@@ -23,6 +23,21 @@ impl GridSettings {
         self.coded.unary(self.unary)
     }
 
+    /// The grid of as many lines in the first two colours of the coded grid, coded by the two-colour (PRBCS)
+    /// sequence. A grid that has no such twin (fewer than two colours, or a number of lines that no sequence has)
+    /// stands for itself.
+    #[must_use]
+    pub fn two_colour_grid(&self) -> Grid {
+        let coded = &self.coded;
+        let colours: Vec<Rgb> = coded.colours().iter().copied().take(2).collect();
+        if colours.len() < 2 {
+            return coded.clone();
+        }
+        let (row_px, column_px) = (coded.width_px(Axis::Row), coded.width_px(Axis::Column));
+        Grid::coded(coded.rows(), coded.columns(), row_px, column_px, &colours)
+            .unwrap_or_else(|_| coded.clone())
+    }
+
     /// The same lines in other colours.
     ///
     /// # Errors

@@ -163,6 +163,8 @@ pub enum View {
     Coded,
     /// The unary twin of the coded grid.
     Unary,
+    /// The same lines in the first two colours of the settings, coded by the two-colour sequence.
+    TwoColour,
     /// Nothing projected.
     Black,
     /// Everything projected.
@@ -176,6 +178,8 @@ pub enum View {
     Grid(Grid),
     /// Every byte value in every channel.
     Ramp,
+    /// The card for focus and keystone.
+    TestCard,
     /// The identify card, until something else is shown.
     Identify,
 }

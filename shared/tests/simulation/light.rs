@@ -225,3 +225,23 @@ fn a_picture_of_another_size_fills_the_same_raster() {
         assert!(worst <= 1, "{width} x {height} differs by {worst}");
     }
 }
+
+#[test]
+fn a_power_curve_gives_the_root_of_the_light_and_a_contrast_curve_darkens_shadows() {
+    let middle = |curve: &str| {
+        let camera = format!("tone_curve = {curve}");
+        let scene = plain_room(&camera, "", "");
+        mean(
+            &frame(&scene, Stage::Background, &Pattern::WHITE),
+            0,
+            140..180,
+            100..140,
+        ) / 255.0
+    };
+    let light = middle("\"linear\"");
+    let root = middle("{ power = 2.0 }");
+    assert!((root - light.sqrt()).abs() < 0.005, "{root}, {light}");
+    let (plain, steep) = (middle("\"srgb\""), middle("{ contrast = 0.8 }"));
+    let expected = plain - 0.8 * (std::f64::consts::TAU * plain).sin() / std::f64::consts::TAU;
+    assert!((steep - expected).abs() < 0.005, "{steep}, {expected}");
+}

@@ -31,6 +31,11 @@ fn nonsense_is_refused_with_the_line_and_what_to_do() {
         negative.contains(&line_of("jpeg_quality")) && negative.contains("0 to 100"),
         "{negative}"
     );
+    let steep = with("tone_curve = \"srgb\"", "tone_curve = { power = 9.0 }");
+    assert!(
+        steep.contains(&line_of("tone_curve")) && steep.contains("0.2 to 5"),
+        "{steep}"
+    );
     let endless = with("frame_rate_hz = 30.0", "frame_rate_hz = nan");
     assert!(endless.contains(&line_of("frame_rate_hz")), "{endless}");
     let colour = with("colour = \"#fff1dc\"", "colour = \"warm\"");

@@ -156,6 +156,5 @@ fn captures(scene: &Scene, room: &Room, pattern: &GridSettings, repeats: Repeats
         white: shoot(Pattern::WHITE, repeats.references),
         prmvs: shoot(pattern.coded.clone().into(), repeats.coded),
         unary: shoot(pattern.unary_grid().into(), repeats.unary),
-        solid: Vec::new(),
     }
 }

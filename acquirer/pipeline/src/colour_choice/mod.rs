@@ -37,6 +37,8 @@ mod reasons;
 
 mod select;
 
+mod cost;
+
 use image::RgbImage;
 use serde::{Deserialize, Serialize};
 use shared::pattern::{Axis, NamedColour, PALETTE_SIZE, RasterSize, Rgb};

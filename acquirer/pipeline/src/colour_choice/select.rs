@@ -14,7 +14,7 @@ use super::{
 /// How many sets the ranking holds.
 const RANKED: usize = 5;
 /// Expected error when nothing could be measured: three of four colours by chance.
-const UNKNOWN_ERROR: f64 = 0.75;
+pub(super) const UNKNOWN_ERROR: f64 = 0.75;
 
 /// All that the frames say.
 pub(super) struct Evidence<'a> {

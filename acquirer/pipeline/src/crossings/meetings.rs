@@ -4,39 +4,54 @@ use rayon::prelude::*;
 use shared::{geometry::CameraPixel, pattern::Axis};
 
 use super::{Arms, Crossing, Crossings};
-use crate::lines::{Lines, Track};
+use crate::{
+    lines::{Lines, Track},
+    spare::Spare,
+};
 
 /// How far lines are prolonged to meet another, in pixels beyond the other line's half width.
 const PROLONG_PX: f64 = 3.0;
 
-/// Rough intersections of all tracks.
-pub(super) fn meetings(lines: &Lines) -> Vec<Crossing> {
+/// What finding meetings keeps between frames.
+#[derive(Debug, Default)]
+pub(super) struct MeetingBuffers {
+    row_spans: Vec<(f32, f32)>,
+    /// For each column its meetings.
+    met: Vec<Vec<Crossing>>,
+    double: Vec<bool>,
+    /// Of [`Crossings::on_rows`] and [`Crossings::on_columns`].
+    spare: [Spare<Vec<usize>>; 2],
+}
+
+/// Finds the rough intersections of all tracks.
+pub(super) fn meetings(lines: &Lines, buffers: &mut MeetingBuffers, all: &mut Vec<Crossing>) {
     let beyond = [
         0.5 * lines.columns.width_px + PROLONG_PX,
         0.5 * lines.rows.width_px + PROLONG_PX,
     ];
-    let row_spans: Vec<(f32, f32)> = lines.rows.tracks.iter().map(Track::span).collect();
-    let found: Vec<Vec<Crossing>> = lines
-        .columns
-        .tracks
-        .par_iter()
-        .enumerate()
-        .map(|(c, column)| {
-            let span = column.span();
-            let mut found = Vec::new();
-            for (r, row) in lines.rows.tracks.iter().enumerate() {
-                let margin = beyond[0].max(beyond[1]) as f32;
-                if apart((column, span), (row, row_spans[r]), margin) {
-                    continue;
-                }
-                if let Some(centre) = meet(column, row, beyond) {
-                    found.push(rough(centre, r, c));
-                }
+    let margin = beyond[0].max(beyond[1]) as f32;
+    let MeetingBuffers { row_spans, met, .. } = buffers;
+    row_spans.clear();
+    row_spans.extend(lines.rows.tracks.iter().map(Track::span));
+    let columns = lines.columns.tracks.len();
+    met.resize_with(met.len().max(columns), Vec::new);
+    let columns = met.par_iter_mut().zip(&lines.columns.tracks).enumerate();
+    columns.for_each(|(c, (met, column))| {
+        let span = column.span();
+        met.clear();
+        met.reserve(row_spans.len());
+        for (r, row) in lines.rows.tracks.iter().enumerate() {
+            if apart((column, span), (row, row_spans[r]), margin) {
+                continue;
             }
-            found
-        })
-        .collect();
-    found.into_iter().flatten().collect()
+            if let Some(centre) = meet(column, row, beyond) {
+                met.push(rough(centre, r, c));
+            }
+        }
+    });
+    all.clear();
+    let met = met.iter().take(lines.columns.tracks.len());
+    met.for_each(|met| all.extend_from_slice(met));
 }
 
 fn rough(centre: CameraPixel, row: usize, column: usize) -> Crossing {
@@ -83,19 +98,21 @@ fn meet(column: &Track, row: &Track, [row_beyond, column_beyond]: [f64; 2]) -> O
 }
 
 /// Sorts the crossings along each track and leaves out all but one of those that coincide.
-pub(super) fn order(crossings: &mut Crossings, lines: &Lines) {
+pub(super) fn order(crossings: &mut Crossings, lines: &Lines, buffers: &mut MeetingBuffers) {
     const SAME_PX: f64 = 2.0;
+    let MeetingBuffers { double, spare, .. } = buffers;
     for axis in Axis::BOTH {
-        let mut on = sorted(crossings, lines, axis);
-        let mut double = vec![false; crossings.all.len()];
+        sort(crossings, lines, axis, spare);
+        double.clear();
+        double.resize(crossings.all.len(), false);
         let length = |k: usize| {
             let other = axis.other();
             let track = crossings.all[k].arms(other).track;
             lines.family(other).tracks[track].across.len()
         };
-        for track in &mut on {
-            for pair in 1..track.len() {
-                let (a, b) = (track[pair - 1], track[pair]);
+        for track in crossings.on(axis) {
+            for pair in track.windows(2) {
+                let (a, b) = (pair[0], pair[1]);
                 let distance = crossings.all[b].along(axis) - crossings.all[a].along(axis);
                 if distance < SAME_PX {
                     double[if length(a) < length(b) { a } else { b }] = true;
@@ -108,20 +125,36 @@ pub(super) fn order(crossings: &mut Crossings, lines: &Lines) {
             !double[at - 1]
         });
     }
-    crossings.on_rows = sorted(crossings, lines, Axis::Row);
-    crossings.on_columns = sorted(crossings, lines, Axis::Column);
+    for axis in Axis::BOTH {
+        sort(crossings, lines, axis, spare);
+    }
 }
 
-fn sorted(crossings: &Crossings, lines: &Lines, axis: Axis) -> Vec<Vec<usize>> {
-    let mut on = vec![Vec::new(); lines.family(axis).tracks.len()];
-    for (k, crossing) in crossings.all.iter().enumerate() {
+/// Notes the crossings along each track of one direction.
+fn sort(
+    crossings: &mut Crossings,
+    lines: &Lines,
+    axis: Axis,
+    [spare_rows, spare_columns]: &mut [Spare<Vec<usize>>; 2],
+) {
+    let all = &crossings.all;
+    let (on, spare) = match axis {
+        Axis::Row => (&mut crossings.on_rows, spare_rows),
+        Axis::Column => (&mut crossings.on_columns, spare_columns),
+    };
+    spare.resize(on, lines.family(axis).tracks.len());
+    let most = lines.family(axis.other()).tracks.len();
+    for track in &mut *on {
+        track.clear();
+        track.reserve(most); // it may have been a shorter line in the frame before
+    }
+    for (k, crossing) in all.iter().enumerate() {
         on[crossing.arms(axis).track].push(k);
     }
-    for track in &mut on {
-        track.sort_by(|&a, &b| {
-            let along = |k: usize| crossings.all[k].along(axis);
+    for track in on {
+        track.sort_unstable_by(|&a, &b| {
+            let along = |k: usize| all[k].along(axis);
             along(a).total_cmp(&along(b)).then(a.cmp(&b))
         });
     }
-    on
 }

@@ -15,10 +15,9 @@ use serde::{Deserialize, Serialize};
 use shared::{geometry::CameraPixel, pattern::Axis};
 
 use super::lines::Lines;
-pub use arms::median_gap;
-use arms::set_arms;
+use arms::{median_gap, set_arms};
 use fit::fit;
-use meetings::{meetings, order};
+use meetings::{MeetingBuffers, meetings, order};
 
 /// How crossings are found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -113,6 +112,9 @@ pub struct Crossings {
     pub on_rows: Vec<Vec<usize>>,
     /// For each steep track its crossings from top to bottom.
     pub on_columns: Vec<Vec<usize>>,
+    /// The middle of all gaps between neighbours along flat and along steep lines, in camera pixels; 0 when there are
+    /// none.
+    pub gaps_px: [f64; 2],
 }
 
 impl Crossings {
@@ -124,24 +126,52 @@ impl Crossings {
             Axis::Column => &self.on_columns,
         }
     }
+
+    /// The middle of all gaps between neighbours along the lines of one direction, in camera pixels; 0 when there are
+    /// none.
+    #[must_use]
+    pub fn gap_px(&self, along: Axis) -> f64 {
+        match along {
+            Axis::Row => self.gaps_px[0],
+            Axis::Column => self.gaps_px[1],
+        }
+    }
+
+    fn measure_gaps(&mut self, gaps: &mut Vec<f64>) {
+        self.gaps_px = Axis::BOTH.map(|along| median_gap(self, along, gaps));
+    }
+}
+
+/// What finding crossings keeps between frames.
+#[derive(Debug, Default)]
+pub struct CrossingBuffers {
+    meetings: MeetingBuffers,
+    gaps: Vec<f64>,
+    fitted: Vec<Option<Crossing>>,
 }
 
 /// Finds the crossings of the lines.
-#[must_use]
-pub fn find_crossings(lines: &Lines, settings: &CrossingSettings) -> Crossings {
-    let mut crossings = Crossings {
-        all: meetings(lines),
-        ..Crossings::default()
-    };
-    order(&mut crossings, lines);
-    set_arms(&mut crossings, lines, settings);
+pub fn find_crossings(
+    lines: &Lines,
+    settings: &CrossingSettings,
+    (buffers, crossings): (&mut CrossingBuffers, &mut Crossings),
+) {
+    let CrossingBuffers {
+        meetings: found,
+        gaps,
+        fitted,
+    } = buffers;
+    meetings(lines, found, &mut crossings.all);
+    order(crossings, lines, found);
+    crossings.measure_gaps(gaps);
+    set_arms(crossings, lines, settings);
     let least_sine = settings.least_angle_deg.to_radians().sin();
-    let fitted: Vec<Option<Crossing>> = crossings
-        .all
-        .par_iter()
+    let refined = crossings.all.par_iter();
+    refined
         .map(|crossing| fit(crossing, lines, settings, least_sine))
-        .collect();
-    crossings.all = fitted.into_iter().flatten().collect();
-    order(&mut crossings, lines);
-    crossings
+        .collect_into_vec(fitted);
+    crossings.all.clear();
+    crossings.all.extend(fitted.drain(..).flatten());
+    order(crossings, lines, found);
+    crossings.measure_gaps(gaps);
 }

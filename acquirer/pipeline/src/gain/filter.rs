@@ -4,6 +4,7 @@
 //! change a bit.
 
 use pulp::{Simd, WithSimd};
+use shared::pattern::MAX_COLOURS;
 
 use super::GainSettings;
 use crate::line_light::LineLight;
@@ -22,10 +23,45 @@ const GAIN_RANGE: [f32; 2] = [-0.5, 1.5];
 /// The matched filter over the channels.
 #[derive(Debug, Clone)]
 pub struct GainFilter {
-    /// Linear responses of the colours, and their squares.
-    colours: Vec<[[f32; 3]; 2]>,
+    colours: LineColours,
     shrink: f32,
     channels: [ChannelError; 3],
+}
+
+/// The colours that a line may have.
+#[derive(Debug, Clone)]
+struct LineColours {
+    /// Linear responses of the colours, and their squares.
+    all: [[[f32; 3]; 2]; MAX_COLOURS],
+    count: usize,
+    /// When all are colours of whole channels, as in most grids: bit k is set when there is one of the channels that
+    /// the bits of k name.
+    whole: Option<u8>,
+}
+
+impl LineColours {
+    fn new(colours: &[[f32; 3]]) -> Self {
+        const WHITE: &[[f32; 3]] = &[[1.0; 3]];
+        let colours = if colours.is_empty() { WHITE } else { colours };
+        let channels = |colour: &[f32; 3]| {
+            let whole = colour.iter().all(|&v| v == 0.0 || v == 1.0);
+            let bits = (0..3).map(|c| u8::from(colour[c] == 1.0) << c);
+            whole.then(|| 1 << bits.sum::<u8>())
+        };
+        let sets: Option<u8> = colours
+            .iter()
+            .try_fold(0, |sets, c| Some(sets | channels(c)?));
+        let mut all = [[[0.0; 3]; 2]; MAX_COLOURS];
+        for (place, &colour) in all.iter_mut().zip(colours) {
+            *place = [colour, colour.map(|v| v * v)];
+        }
+        Self {
+            all,
+            count: colours.len().min(MAX_COLOURS),
+            // black has no gain
+            whole: sets.filter(|sets| sets & 1 == 0),
+        }
+    }
 }
 
 /// What becomes of light and its error in the mean over some pixels.
@@ -73,12 +109,10 @@ impl GainFilter {
     /// The filter for lines of these colours (linear, 0 to 1 per channel); none are taken for white.
     #[must_use]
     pub fn new(light: &LineLight<'_>, colours: &[[f32; 3]], settings: &GainSettings) -> Self {
-        const WHITE: &[[f32; 3]] = &[[1.0; 3]];
         let [_, black_share] = light.shares();
         let noise = light.noise;
-        let colours = if colours.is_empty() { WHITE } else { colours };
         Self {
-            colours: colours.iter().map(|&c| [c, c.map(|v| v * v)]).collect(),
+            colours: LineColours::new(colours),
             shrink: settings.shrink.max(1e-6) as f32,
             channels: std::array::from_fn(|c| {
                 ChannelError::new(c, (noise.floor[c], noise.growth[c]), black_share, settings)
@@ -130,16 +164,23 @@ impl GainFilter {
             signals[c] = simd.mul_f32s(above, weight);
             powers[c] = simd.mul_f32s(inputs.whites[c], weight);
         }
-        let mut best = weighted(simd, signals, self.colours[0][0]);
-        let mut best_power = simd.add_f32s(weighted(simd, powers, self.colours[0][1]), shrink);
-        for &[colour, squares] in &self.colours[1..] {
-            let signal = weighted(simd, signals, colour);
-            let power = simd.add_f32s(weighted(simd, powers, squares), shrink);
-            let gains = simd.mul_f32s(signal, best_power);
-            let better = simd.greater_than_f32s(gains, simd.mul_f32s(best, power));
-            best = simd.select_f32s(better, signal, best);
-            best_power = simd.select_f32s(better, power, best_power);
+        let mut best = Best {
+            // whatever comes first is better
+            signal: simd.splat_f32s(-1.0),
+            power: simd.splat_f32s(0.0),
+        };
+        if let Some(sets) = self.colours.whole {
+            best.of_whole(simd, signals, powers, (sets, shrink));
+        } else {
+            for &[colour, squares] in &self.colours.all[..self.colours.count] {
+                let power = simd.add_f32s(weighted(simd, powers, squares), shrink);
+                best.take(simd, weighted(simd, signals, colour), power);
+            }
         }
+        let Best {
+            signal: best,
+            power: best_power,
+        } = best;
         let gain = simd.div_f32s(best, best_power);
         let gain = simd.min_f32s(gain, simd.splat_f32s(GAIN_RANGE[1]));
         let gain = simd.max_f32s(gain, simd.splat_f32s(GAIN_RANGE[0]));
@@ -149,16 +190,90 @@ impl GainFilter {
     }
 }
 
-#[inline(always)]
-fn weighted<S: Simd>(simd: S, values: [S::f32s; 3], weights: [f32; 3]) -> S::f32s {
-    let mut sum = simd.splat_f32s(0.0);
-    for c in 0..3 {
-        // grid colours are mostly made of whole channels
-        if weights[c] != 0.0 {
-            sum = simd.add_f32s(sum, simd.mul_f32s(values[c], simd.splat_f32s(weights[c])));
+/// Signal and power of the colour with the most gain, `signal / power`.
+struct Best<V> {
+    signal: V,
+    power: V,
+}
+
+// no closures: what they call would not be compiled for wide registers
+impl<V: Copy> Best<V> {
+    #[inline(always)]
+    fn take<S: Simd<f32s = V>>(&mut self, simd: S, signal: V, power: V) {
+        let gains = simd.mul_f32s(signal, self.power);
+        let better = simd.greater_than_f32s(gains, simd.mul_f32s(self.signal, power));
+        self.signal = select(simd, better, signal, self.signal);
+        self.power = select(simd, better, power, self.power);
+    }
+
+    /// The best of the colours of whole channels, which need no multiplications.
+    #[inline(always)]
+    fn of_whole<S: Simd<f32s = V>>(
+        &mut self,
+        simd: S,
+        [red, green, blue]: [V; 3],
+        [red_power, green_power, blue_power]: [V; 3],
+        (sets, shrink): (u8, V),
+    ) {
+        let powers = [
+            simd.add_f32s(red_power, shrink),
+            simd.add_f32s(green_power, shrink),
+            simd.add_f32s(blue_power, shrink),
+        ];
+        let has = |set: u8| sets >> set & 1 == 1;
+        if has(0b001) {
+            self.take(simd, red, powers[0]);
+        }
+        if has(0b010) {
+            self.take(simd, green, powers[1]);
+        }
+        if has(0b100) {
+            self.take(simd, blue, powers[2]);
+        }
+        let (yellow, power) = (
+            simd.add_f32s(red, green),
+            simd.add_f32s(powers[0], green_power),
+        );
+        if has(0b011) {
+            self.take(simd, yellow, power);
+        }
+        if has(0b111) {
+            self.take(
+                simd,
+                simd.add_f32s(yellow, blue),
+                simd.add_f32s(power, blue_power),
+            );
+        }
+        if has(0b101) {
+            self.take(
+                simd,
+                simd.add_f32s(red, blue),
+                simd.add_f32s(powers[0], blue_power),
+            );
+        }
+        if has(0b110) {
+            self.take(
+                simd,
+                simd.add_f32s(green, blue),
+                simd.add_f32s(powers[1], blue_power),
+            );
         }
     }
-    sum
+}
+
+/// As pulp's own, which is not always inlined and then not compiled for wide registers.
+#[inline(always)]
+fn select<S: Simd>(simd: S, mask: S::m32s, if_true: S::f32s, if_false: S::f32s) -> S::f32s {
+    let (if_true, if_false) = (pulp::cast(if_true), pulp::cast(if_false));
+    pulp::cast(simd.select_u32s(mask, if_true, if_false))
+}
+
+#[inline(always)]
+fn weighted<S: Simd>(simd: S, values: [S::f32s; 3], weights: [f32; 3]) -> S::f32s {
+    let red = simd.mul_f32s(values[0], simd.splat_f32s(weights[0]));
+    let green = simd.mul_f32s(values[1], simd.splat_f32s(weights[1]));
+    let blue = simd.mul_f32s(values[2], simd.splat_f32s(weights[2]));
+    simd.add_f32s(simd.add_f32s(red, green), blue)
 }
 
 /// Values of red, green and blue.

@@ -12,8 +12,9 @@ use super::{
     DecodedCrossing, DecodedGrid, DropReason, DroppedCrossing, LineTrack,
     checks::{Geometry, Match},
     code::{Code, Orientation},
+    expected::ExpectedLines,
     labels::{Decoder, EpipolarDistance, Label},
-    links::{Link, Patch, find_patches, regular_links},
+    links::{Link, Patch, find_patches, neighbouring_links, regular_links},
     rest::{Numbers, label_rest},
     stretches::find_stretches,
     vertices::{Neighbours, Placement, find_vertices},
@@ -21,7 +22,8 @@ use super::{
 use crate::{
     Projected,
     colours::Colours,
-    crossings::{Crossing, Crossings, median_gap},
+    crossings::{Crossing, Crossings},
+    densify::KnownPlaces,
     lines::Lines,
 };
 
@@ -82,6 +84,8 @@ pub struct Observed<'a> {
 pub struct Decoding {
     /// The codes of the flat and of the steep family, in the order of [`Orientation::ALL`].
     codes: [[Code; 2]; 8],
+    /// What coarser grids tell of the places on the projector.
+    known: Option<KnownPlaces>,
 }
 
 impl Decoding {
@@ -90,7 +94,13 @@ impl Decoding {
     pub fn new(grid: &Grid) -> Self {
         Self {
             codes: Orientation::ALL.map(|way| Axis::BOTH.map(|family| way.code(grid, family))),
+            known: None,
         }
+    }
+
+    /// Tells what is known of the places on the projector, from now on.
+    pub(crate) fn expect_places(&mut self, known: KnownPlaces) {
+        self.known = Some(known);
     }
 
     pub(super) fn codes_of(&self, orientation: Orientation) -> [&Code; 2] {
@@ -119,7 +129,7 @@ impl Decoding {
             settings,
             links: &links,
             closed: &closed,
-            gaps_px: Axis::BOTH.map(|along| median_gap(observed.crossings, along)),
+            gaps_px: observed.crossings.gaps_px,
         };
         let (orientation, labels) = reading.best_orientation(&patches);
         reading.finish(orientation, labels)
@@ -156,12 +166,14 @@ impl Reading<'_> {
                 .map(|rig| Geometry::of_rig(rig, self.settings));
             let placement = self.placement(orientation);
             let epipolar = geometry.as_ref().map(|g| self.distance(&placement, g));
+            let expected = self.expected_lines(&placement);
             let decoder = Decoder {
                 codes: codes.each_ref(),
                 colours: self.observed.colours,
                 links: self.closed,
                 settings: self.settings,
                 epipolar: epipolar.as_deref(),
+                expected: expected.as_ref(),
             };
             let labels = decoder.label(patches);
             let known = labels
@@ -188,6 +200,16 @@ impl Reading<'_> {
             orientation,
             gaps_px: self.gaps_px,
         }
+    }
+
+    /// The lines that the crossings should lie on, as far as coarser grids tell.
+    fn expected_lines(&self, placement: &Placement<'_>) -> Option<ExpectedLines> {
+        let known = self.decoding.known.as_ref()?;
+        Some(ExpectedLines::new(
+            self.observed.crossings,
+            known,
+            placement,
+        ))
     }
 
     /// How far a crossing lies from the epipolar line of a flat and a steep line's numbers.
@@ -274,10 +296,11 @@ impl Reading<'_> {
         crossings.all.iter().enumerate().map(place).collect()
     }
 
-    /// The neighbours of each crossing whose labels are those of neighbours.
+    /// The neighbours of each crossing whose labels agree.
     fn neighbours(&self, labels: &Labels) -> Neighbours {
-        let agreeing = self.links.iter().filter(|link| link.agrees(labels));
-        Neighbours::new(self.observed.crossings.all.len(), agreeing)
+        let crossings = self.observed.crossings;
+        let links = neighbouring_links(self.links, labels, crossings, self.settings);
+        Neighbours::new(crossings.all.len(), links.into_iter())
     }
 
     /// Labels what the patches left, if anything.
@@ -298,12 +321,14 @@ impl Reading<'_> {
             .collect();
         let codes = self.decoding.codes_of(placement.orientation);
         let epipolar = self.distance(placement, geometry);
+        let expected = self.expected_lines(placement);
         let decoder = Decoder {
             codes,
             colours: self.observed.colours,
             links: self.links,
             settings: self.settings,
             epipolar: Some(&*epipolar),
+            expected: expected.as_ref(),
         };
         let more = label_rest(&decoder, &known, self.links);
         let any = !more.is_empty();

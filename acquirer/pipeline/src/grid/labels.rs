@@ -17,6 +17,7 @@ use shared::pattern::Axis;
 use super::{
     DecodeSettings, DropReason,
     code::{Code, Fit, LineEvidence},
+    expected::ExpectedLines,
     links::{Link, Patch},
     propagate::{neighbourhood, propagate},
 };
@@ -49,6 +50,8 @@ pub(super) struct Decoder<'a> {
     /// Where the geometry is known: how far a crossing lies from the epipolar line that it would have with these
     /// numbers of its flat and its steep line, as a share of the largest distance that is allowed.
     pub(super) epipolar: Option<&'a EpipolarDistance<'a>>,
+    /// With coarser grids read before: the lines that crossings should lie on.
+    pub(super) expected: Option<&'a ExpectedLines>,
 }
 
 impl Decoder<'_> {
@@ -82,9 +85,21 @@ impl Decoder<'_> {
         lines
     }
 
-    pub(super) fn places(&self, family: Axis, lines: &LineEvidence) -> Vec<Fit> {
-        self.code(family)
-            .places(lines, self.settings.outside_nats as f32)
+    /// Every place of a patch's lines in the code, likeliest first.
+    pub(super) fn places(&self, family: Axis, patch: &Patch, lines: &LineEvidence) -> Vec<Fit> {
+        let code = self.code(family);
+        let mut fits = code.places(lines, self.settings.outside_nats as f32);
+        if let Some(expected) = self.expected {
+            for fit in &mut fits {
+                let costs = patch.members().map(|(node, place)| {
+                    let line = line_of(family, place) as i32 + fit.offset;
+                    expected.cost(family, node, line)
+                });
+                fit.nats -= costs.sum::<f32>();
+            }
+            fits.sort_by(|a, b| b.nats.total_cmp(&a.nats).then(a.offset.cmp(&b.offset)));
+        }
+        fits
     }
 
     /// Cuts a patch where its parts stand at different places of the code.
@@ -145,7 +160,7 @@ impl Decoder<'_> {
     /// The place in the code (number of the patch's line 0) that each crossing of a patch votes for, its
     /// neighbours considered.
     fn settle(&self, family: Axis, patch: &Patch, neighbours: &[Vec<usize>]) -> Vec<i32> {
-        let whole = self.places(family, &self.evidence(family, patch.members()));
+        let whole = self.places(family, patch, &self.evidence(family, patch.members()));
         let Some(best) = whole.first() else {
             return vec![0; patch.nodes.len()];
         };
@@ -221,6 +236,14 @@ impl Decoder<'_> {
                 *votes.entry(offset).or_default() += 1;
             }
         }
+        for (node, place) in patch.members() {
+            let line = self.expected.and_then(|e| e.nearest(family, node));
+            if let Some(line) = line {
+                *votes
+                    .entry(line - line_of(family, place) as i32)
+                    .or_default() += 1;
+            }
+        }
         votes.remove(&best);
         let mut others: Vec<(usize, i32)> =
             votes.into_iter().map(|(offset, n)| (n, offset)).collect();
@@ -233,8 +256,11 @@ impl Decoder<'_> {
     /// What a crossing has against a place of its patch in the code, in nats.
     fn cost(&self, family: Axis, node: usize, place: (i32, i32), offset: i32) -> f32 {
         let line = line_of(family, place) as i32;
+        let expected = self
+            .expected
+            .map_or(0.0, |e| e.cost(family, node, line + offset));
         match self.code(family).symbol(line + offset) {
-            Some(symbol) => -self.colours.on(family)[node].nats[usize::from(symbol)],
+            Some(symbol) => expected - self.colours.on(family)[node].nats[usize::from(symbol)],
             None => self.settings.outside_nats as f32,
         }
     }
@@ -264,10 +290,12 @@ impl Decoder<'_> {
         let mut certainty = 1.0;
         for (k, family) in Axis::BOTH.into_iter().enumerate() {
             let lines = self.evidence(family, part.members());
-            let places = self.places(family, &lines);
+            let places = self.places(family, part, &lines);
             let second = places.get(1).map_or(f32::MIN, |fit| fit.nats);
             let margin = places.first().map_or(0.0, |fit| fit.nats - second);
-            if lines.lines() < self.code(family).window + 1 {
+            // where coarser grids tell the place, a part needs no window of its own
+            let is_told = self.expected.is_some_and(|e| e.knows_most(&part.nodes));
+            if lines.lines() < self.code(family).window + 1 && !is_told {
                 return Err(DropReason::BrokenLine);
             }
             if f64::from(margin) < self.settings.margin_nats {
@@ -288,7 +316,7 @@ impl Decoder<'_> {
         }
         let [flat, steep] = Axis::BOTH.map(|family| {
             let lines = self.evidence(family, part.members());
-            let mut places = self.places(family, &lines);
+            let mut places = self.places(family, part, &lines);
             let least = places.first().map_or(0.0, |fit| fit.nats) - HOPELESS_NATS;
             places.retain(|fit| fit.nats > least);
             places
@@ -362,6 +390,12 @@ impl Decoder<'_> {
             let Some(symbol) = self.code(family).symbol(line) else {
                 return Label::Dropped(DropReason::NotInCode);
             };
+            if self
+                .expected
+                .is_some_and(|e| e.contradicts(family, node, line))
+            {
+                return Label::Dropped(DropReason::OffEpipolarLine);
+            }
             let evidence = &self.colours.on(family)[node];
             let own = f64::from(evidence.nats[usize::from(symbol)]);
             if own < -self.settings.contradiction_nats {

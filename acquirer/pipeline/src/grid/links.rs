@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use shared::pattern::Axis;
 
 use super::{DecodeSettings, labels::Label};
-use crate::crossings::{Crossings, median_gap};
+use crate::crossings::Crossings;
 
 /// Two neighbouring crossings; `b` follows `a` along a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,18 +36,17 @@ impl Link {
         }
     }
 
-    /// Whether the labels of both crossings are those of neighbours.
-    pub(super) fn agrees(&self, labels: &BTreeMap<usize, Label>) -> bool {
+    /// How many lines apart the labels of both crossings are, if they share the link's line and follow each other on it.
+    pub(super) fn step(&self, labels: &BTreeMap<usize, Label>) -> Option<i16> {
         let numbers = |node| match labels.get(&node) {
-            Some(&Label::Known { flat, steep, .. }) => Some((flat, steep)),
+            Some(&Label::Known { flat, steep, .. }) => Some(match self.along {
+                Axis::Row => (flat, steep),
+                Axis::Column => (steep, flat),
+            }),
             _ => None,
         };
-        let next = |(flat, steep): (u16, u16)| match self.along {
-            Axis::Row => (flat, steep + 1),
-            Axis::Column => (flat + 1, steep),
-        };
-        let a = numbers(self.a);
-        a.is_some() && a.map(next) == numbers(self.b)
+        let ((shared_a, a), (shared_b, b)) = (numbers(self.a)?, numbers(self.b)?);
+        (shared_a == shared_b && b > a).then(|| (b - a) as i16)
     }
 }
 
@@ -88,7 +87,7 @@ pub(super) fn regular_links(crossings: &Crossings, settings: &DecodeSettings) ->
     const AROUND: usize = 3; // gaps on either side that a gap is compared with
     let mut links = Vec::new();
     for along in Axis::BOTH {
-        let typical = median_gap(crossings, along);
+        let typical = crossings.gap_px(along);
         for track in crossings.on(along) {
             let place = |k: usize| crossings.all[k].along(along);
             let gaps: Vec<f64> = track
@@ -117,6 +116,35 @@ pub(super) fn regular_links(crossings: &Crossings, settings: &DecodeSettings) ->
         }
     }
     links
+}
+
+/// The links whose labels are those of neighbours, or of crossings with missed lines between them, and how many lines
+/// apart these are. A link over missed lines must be as long as so many others: more is an edge in depth.
+pub(super) fn neighbouring_links<'a>(
+    links: &'a [Link],
+    labels: &BTreeMap<usize, Label>,
+    crossings: &Crossings,
+    settings: &DecodeSettings,
+) -> Vec<(&'a Link, i16)> {
+    let with_step = |link: &'a Link| Some((link, link.step(labels)?));
+    let mut found: Vec<_> = links.iter().filter_map(with_step).collect();
+    if found.iter().all(|(_, step)| *step == 1) {
+        return found;
+    }
+    let gap_px = |(link, step): &(&Link, i16)| {
+        let [a, b] = [link.a, link.b].map(|node| crossings.all[node].along(link.along));
+        (b - a) / f64::from(*step)
+    };
+    let typical_px = Axis::BOTH.map(|along| {
+        let along = found.iter().filter(|(link, _)| link.along == along);
+        let gaps: Vec<f64> = along.map(gap_px).collect();
+        if gaps.is_empty() { 0.0 } else { middle(&gaps) }
+    });
+    found.retain(|link| {
+        let ratio = gap_px(link) / typical_px[usize::from(link.0.along == Axis::Column)];
+        link.1 == 1 || (settings.shortest_gap..settings.longest_gap).contains(&ratio)
+    });
+    found
 }
 
 fn middle(values: &[f64]) -> f64 {

@@ -9,6 +9,7 @@
 mod checks;
 mod code;
 mod doubts;
+mod expected;
 mod find;
 mod labels;
 mod links;
@@ -52,7 +53,7 @@ pub enum DropReason {
     BrokenLine,
     /// No place of the sequence fits, or more than one does.
     NotInCode,
-    /// The label contradicts the epipolar geometry or a neighbouring, better supported one.
+    /// The label contradicts the epipolar geometry, a neighbouring, better supported one, or a coarser grid.
     OffEpipolarLine,
 }
 

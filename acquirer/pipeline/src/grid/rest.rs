@@ -92,7 +92,7 @@ impl Rest<'_> {
         let decoder = self.decoder;
         let places = Axis::BOTH.map(|family| {
             let lines = decoder.evidence(family, part.members());
-            let mut places = decoder.places(family, &lines);
+            let mut places = decoder.places(family, part, &lines);
             let least = places.first().map_or(0.0, |fit| fit.nats) - HOPELESS_NATS;
             places.retain(|fit| fit.nats > least);
             (lines.lines(), places)
@@ -188,6 +188,7 @@ mod tests {
             links: &[],
             settings: &DecodeSettings::default(),
             epipolar: Some(&distance),
+            expected: None,
         };
         let mut numbers = vec![None; chain.known.len()];
         for (node, label) in label_rest(&decoder, &chain.known, &chain.links) {

@@ -15,26 +15,30 @@ use shared::{
 use super::{code::Orientation, links::Link};
 use crate::crossings::{Crossing, Crossings};
 
+/// A neighbour, and how many lines further it lies: more than one where lines between were not seen.
+type Neighbour = (usize, i16);
+
 /// Neighbours of each crossing along both lines: (before, after).
 #[derive(Debug)]
 pub(super) struct Neighbours {
-    along_rows: Vec<[Option<usize>; 2]>,
-    along_columns: Vec<[Option<usize>; 2]>,
+    along_rows: Vec<[Option<Neighbour>; 2]>,
+    along_columns: Vec<[Option<Neighbour>; 2]>,
 }
 
 impl Neighbours {
-    pub(super) fn new<'a>(crossings: usize, links: impl Iterator<Item = &'a Link>) -> Self {
+    /// The neighbours that these links join, so many lines apart.
+    pub(super) fn new<'a>(crossings: usize, links: impl Iterator<Item = (&'a Link, i16)>) -> Self {
         let mut found = Self {
             along_rows: vec![[None; 2]; crossings],
             along_columns: vec![[None; 2]; crossings],
         };
-        for link in links {
+        for (link, step) in links {
             let along = match link.along {
                 Axis::Row => &mut found.along_rows,
                 Axis::Column => &mut found.along_columns,
             };
-            along[link.a][1] = Some(link.b);
-            along[link.b][0] = Some(link.a);
+            along[link.a][1] = Some((link.b, step));
+            along[link.b][0] = Some((link.a, step));
         }
         found
     }
@@ -47,7 +51,7 @@ impl Neighbours {
             .all(|n| *n != [None; 2])
     }
 
-    fn along(&self, axis: Axis) -> &[[Option<usize>; 2]] {
+    fn along(&self, axis: Axis) -> &[[Option<Neighbour>; 2]] {
         match axis {
             Axis::Row => &self.along_rows,
             Axis::Column => &self.along_columns,
@@ -164,14 +168,14 @@ fn scale(
     let way = |k: usize, step: i16| (distance(step), at(k) - here);
     let [before, after] = chain[node];
     let slope = match (before, after) {
-        (Some(b), Some(a)) => parabola_slope(way(b, -1), way(a, 1)),
-        (None, Some(a)) => match chain[a][1] {
-            Some(second) => parabola_slope(way(a, 1), way(second, 2)),
-            None => quotient(way(a, 1)),
+        (Some((b, m)), Some((a, n))) => parabola_slope(way(b, -m), way(a, n)),
+        (None, Some((a, n))) => match chain[a][1] {
+            Some((second, more)) => parabola_slope(way(a, n), way(second, n + more)),
+            None => quotient(way(a, n)),
         },
-        (Some(b), None) => match chain[b][0] {
-            Some(second) => parabola_slope(way(b, -1), way(second, -2)),
-            None => quotient(way(b, -1)),
+        (Some((b, m)), None) => match chain[b][0] {
+            Some((second, more)) => parabola_slope(way(b, -m), way(second, -m - more)),
+            None => quotient(way(b, -m)),
         },
         (None, None) => return None,
     };

@@ -45,57 +45,38 @@ impl Boxes {
         (self.side * self.side * self.side) as f32
     }
 
-    /// Weights with which noise enters the difference of two neighbouring derivatives, as a root sum of squares.
+    /// Weights with which noise enters the difference of two neighbouring derivatives, as a root sum of squares: boxes
+    /// with the weights 1, -2 and 1, side by side.
     pub(super) fn noise(self) -> f32 {
-        let boxed = |kernel: &[f32]| -> Vec<f32> {
-            (0..kernel.len() + self.side - 1)
-                .map(|k| {
-                    let from = (k + 1).saturating_sub(self.side);
-                    kernel[from.min(kernel.len())..(k + 1).min(kernel.len())]
-                        .iter()
-                        .sum()
-                })
-                .collect()
-        };
-        let third = boxed(&boxed(&[1.0, -1.0]));
-        let at = |k: isize| {
-            usize::try_from(k)
-                .ok()
-                .and_then(|k| third.get(k))
-                .unwrap_or(&0.0)
-        };
-        let squares = (0..(third.len() + self.side) as isize)
-            .map(|k| (at(k) - at(k - self.side as isize)).powi(2));
-        squares.sum::<f32>().sqrt()
+        (6.0 * self.side as f32).sqrt()
     }
 }
 
-/// Replaces each value by the sum of it and the `side - 1` behind it; the last values are left as they are.
-/// `spare` is as long as `row`.
+/// The sum of each value and the `side - 1` behind it; where there are not so many left, `out` stays as it is. It is as
+/// long as `row`.
 #[inline(always)]
-pub(super) fn box_sums(row: &mut Vec<f32>, spare: &mut Vec<f32>, side: usize) {
+pub(super) fn box_sums(row: &[f32], out: &mut [f32], side: usize) {
     match side {
-        2 => box_sums_of::<2>(row, spare),
-        3 => box_sums_of::<3>(row, spare),
-        4 => box_sums_of::<4>(row, spare),
-        5 => box_sums_of::<5>(row, spare),
-        6 => box_sums_of::<6>(row, spare),
+        2 => box_sums_of::<2>(row, out),
+        3 => box_sums_of::<3>(row, out),
+        4 => box_sums_of::<4>(row, out),
+        5 => box_sums_of::<5>(row, out),
+        6 => box_sums_of::<6>(row, out),
         _ => {
             let mut sum: f32 = row.iter().take(side).sum();
             for k in 0..(row.len() + 1).saturating_sub(side) {
-                spare[k] = sum;
+                out[k] = sum;
                 sum += row.get(k + side).unwrap_or(&0.0) - row[k];
             }
         }
     }
-    std::mem::swap(row, spare);
 }
 
 #[inline(always)]
-fn box_sums_of<const SIDE: usize>(row: &[f32], spare: &mut [f32]) {
+fn box_sums_of<const SIDE: usize>(row: &[f32], out: &mut [f32]) {
     let length = (row.len() + 1).saturating_sub(SIDE);
     let behind: [&[f32]; SIDE] = std::array::from_fn(|k| &row[k.min(row.len())..][..length]);
-    for (at, sum) in spare[..length].iter_mut().enumerate() {
+    for (at, sum) in out[..length].iter_mut().enumerate() {
         let mut total = behind[0][at];
         for other in &behind[1..] {
             total += other[at];
@@ -104,32 +85,68 @@ fn box_sums_of<const SIDE: usize>(row: &[f32], spare: &mut [f32]) {
     }
 }
 
-/// Columns that are summed up together, so that they stay in the first-level cache.
+/// Columns that are looked at together, so that they stay in the first-level cache.
 pub(super) const BLOCK: usize = 64;
 
-/// As [`box_sums`] down the columns of a picture [`BLOCK`] values wide, in place; the last rows are left as they
-/// are.
-#[inline(always)]
-pub(super) fn down_sums(rows: &mut [f32], side: usize) {
-    let count = rows.len() / BLOCK;
-    let mut sums = [0.0f32; BLOCK];
-    for row in rows.chunks_exact(BLOCK).take(side) {
-        sums.iter_mut()
-            .zip(row)
-            .for_each(|(sum, value)| *sum += value);
+/// The derivative down the columns of a picture [`BLOCK`] values wide, row after row.
+///
+/// Its second difference takes four rows only: the kernel is three boxes' differences, each of them twice summed up.
+#[derive(Debug, Clone)]
+pub(super) struct DownSlopes {
+    before: [f32; BLOCK],
+    after: [f32; BLOCK],
+    /// From the next derivative to the one after it.
+    growth: [f32; BLOCK],
+}
+
+impl Default for DownSlopes {
+    fn default() -> Self {
+        let zeros = [0.0; BLOCK];
+        Self {
+            before: zeros,
+            after: zeros,
+            growth: zeros,
+        }
     }
-    for k in 0..count.saturating_sub(side) {
-        let (above, below) = rows.split_at_mut((k + side) * BLOCK);
-        let leaving = &mut above[k * BLOCK..(k + 1) * BLOCK];
-        let pairs = sums.iter_mut().zip(leaving).zip(&below[..BLOCK]);
-        pairs.for_each(|((sum, out), entering)| {
-            let leaves = *out;
-            *out = *sum;
-            *sum += entering - leaves;
-        });
+}
+
+impl DownSlopes {
+    /// Stands on the derivative that begins in the first of these rows.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, rows: &[f32], side: usize) {
+        let row = |k: usize| &rows[k * BLOCK..][..BLOCK];
+        self.after.fill(0.0);
+        self.growth.fill(0.0);
+        for k in 0..2 * side - 1 {
+            let weight = (k + 1).min(2 * side - 1 - k) as f32;
+            let pairs = row(k + side).iter().zip(row(k));
+            for (slope, (more, less)) in self.after.iter_mut().zip(pairs) {
+                *slope += weight * (more - less);
+            }
+        }
+        for k in 0..side {
+            let three = row(k).iter().zip(row(k + side)).zip(row(k + 2 * side));
+            for (growth, ((a, b), c)) in self.growth.iter_mut().zip(three) {
+                *growth += (a - b) + (c - b);
+            }
+        }
     }
-    if let Some(at) = count.checked_sub(side) {
-        rows[at * BLOCK..(at + 1) * BLOCK].copy_from_slice(&sums);
+
+    /// Goes one row down; `rows` begin where the derivative does that is left.
+    #[inline(always)]
+    pub(super) fn go_down(&mut self, rows: &[f32], side: usize) {
+        std::mem::swap(&mut self.before, &mut self.after);
+        let row = |k: usize| &rows[k * side * BLOCK..][..BLOCK];
+        let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+        for k in 0..BLOCK {
+            self.after[k] = self.before[k] + self.growth[k];
+            self.growth[k] += (d[k] - a[k]) + 3.0 * (b[k] - c[k]);
+        }
+    }
+
+    /// The derivative that was left, and the one below it.
+    pub(super) fn before_and_after(&self) -> (&[f32], &[f32]) {
+        (&self.before, &self.after)
     }
 }
 
@@ -143,18 +160,22 @@ mod tests {
     }
 
     #[test]
-    fn sums_over_boxes_of_any_length_are_the_same_along_and_down() {
+    fn the_derivative_is_the_same_along_and_down_for_boxes_of_any_length() {
         for side in 2..=9 {
-            let row = values(40);
-            let mut along = row.clone();
-            let mut spare = vec![0.0; row.len()];
-            box_sums(&mut along, &mut spare, side);
-            let mut down: Vec<f32> = row.iter().flat_map(|&v| [v; BLOCK]).collect();
-            down_sums(&mut down, side);
-            for first in 0..=row.len() - side {
-                let sum: f32 = row[first..first + side].iter().sum();
-                assert_eq!(along[first], sum, "{side}");
-                assert_eq!(down[first * BLOCK], sum, "{side}");
+            let row = values(60);
+            let (mut once, mut twice) = (row.clone(), row.clone());
+            box_sums(&row, &mut once, side);
+            box_sums(&once, &mut twice, side);
+            let sum: f32 = row[7..7 + side].iter().sum();
+            assert_eq!(once[7], sum, "{side}");
+            let slope = |k: usize| twice[k + side] - twice[k];
+            let picture: Vec<f32> = row.iter().flat_map(|&v| [v; BLOCK]).collect();
+            let mut down = DownSlopes::default();
+            down.begin(&picture, side);
+            for k in 0..row.len() - 3 * side {
+                down.go_down(&picture[k * BLOCK..], side);
+                let (before, after) = down.before_and_after();
+                assert_eq!((before[5], after[63]), (slope(k), slope(k + 1)), "{side}");
             }
         }
     }
@@ -168,10 +189,10 @@ mod tests {
                 let (from, to) = (low.max(k as f64), high.min(k as f64 + 1.0));
                 (to - from).max(0.0) as f32
             };
-            let mut row: Vec<f32> = (0..44).map(covered).collect();
-            let mut spare = row.clone();
-            box_sums(&mut row, &mut spare, boxes.side);
-            box_sums(&mut row, &mut spare, boxes.side);
+            let profile: Vec<f32> = (0..44).map(covered).collect();
+            let (mut once, mut row) = (profile.clone(), profile.clone());
+            box_sums(&profile, &mut once, boxes.side);
+            box_sums(&once, &mut row, boxes.side);
             let slope = |k: usize| row[k + boxes.side] - row[k];
             let at = (0..44 - boxes.reach() - 1)
                 .find(|&k| slope(k) > 0.01 && slope(k + 1) <= 0.0)

@@ -4,7 +4,8 @@
 //! end there and begin anew. Two pieces are joined when the straight prolongations of both, taken from
 //! points a little away from their ends, agree in the middle of the gap.
 
-use super::Track;
+use super::{Track, tracks::Followed};
+use crate::spare::Spare;
 
 /// Points that a prolongation is fitted to.
 const POINTS: usize = 16;
@@ -24,64 +25,82 @@ pub(super) struct Reach {
     pub(super) gate_px: f64,
 }
 
-/// Joins pieces whose gap is within reach, or that overlap by as much, where their prolongations agree.
-pub(super) fn join(tracks: &[Track], reach: &Reach) -> Vec<Track> {
-    let spacing_px = tracks.first().map_or(1.0, |track| track.spacing_px);
-    let skip = (reach.disturbed_px.max(0.0) / spacing_px) as usize;
-    let gap = reach.gap_px / spacing_px;
-    let heads: Vec<Option<Prolongation>> =
-        tracks.iter().map(|t| Prolongation::head(t, skip)).collect();
-    let tails: Vec<Option<Prolongation>> =
-        tracks.iter().map(|t| Prolongation::tail(t, skip)).collect();
-    let mut pairs = Vec::new();
-    for (a, tail) in tails.iter().enumerate() {
-        for (b, head) in heads.iter().enumerate() {
-            let (Some(tail), Some(head)) = (tail, head) else {
-                continue;
-            };
-            let between = tracks[b].start as f64 - tracks[a].end() as f64;
-            // each must go on where the other is not
-            let ordered = tracks[a].start < tracks[b].start && tracks[a].end() < tracks[b].end();
-            if a == b || !ordered || between.abs() > gap {
-                continue;
-            }
-            let middle = 0.5 * (tracks[b].start + tracks[a].end()) as f64;
-            let miss = (tail.at(middle) - head.at(middle)).abs();
-            let bend = (tail.slope - head.slope).abs() / spacing_px;
-            if miss <= reach.gate_px && bend <= SLOPE_DIFFERENCE {
-                pairs.push((miss + 0.02 * spacing_px * between.abs(), a, b));
-            }
-        }
-    }
-    pairs.sort_by(|p, q| p.0.total_cmp(&q.0).then((p.1, p.2).cmp(&(q.1, q.2))));
-    let mut next = vec![None; tracks.len()];
-    let mut has_previous = vec![false; tracks.len()];
-    for (_, a, b) in pairs {
-        if next[a].is_none() && !has_previous[b] {
-            next[a] = Some(b);
-            has_previous[b] = true;
-        }
-    }
-    chains(tracks, &next, &has_previous, skip)
+/// What joining keeps between frames.
+#[derive(Debug, Default)]
+pub(super) struct JoinBuffers {
+    heads: Vec<Option<Prolongation>>,
+    tails: Vec<Option<Prolongation>>,
+    /// Pieces that fit together, the first and the second one's number, with how badly they do.
+    pairs: Vec<(f64, usize, usize)>,
+    next: Vec<Option<usize>>,
+    has_previous: Vec<bool>,
 }
 
-fn chains(
-    tracks: &[Track],
-    next: &[Option<usize>],
-    has_previous: &[bool],
-    skip: usize,
-) -> Vec<Track> {
-    let mut joined = Vec::new();
-    for first in (0..tracks.len()).filter(|&k| !has_previous[k]) {
-        let mut track = tracks[first].clone();
+/// Joins pieces whose gap is within reach, or that overlap by as much, where their prolongations agree.
+pub(super) fn join(
+    pieces: &Followed,
+    reach: &Reach,
+    buffers: &mut JoinBuffers,
+    (tracks, spare): (&mut Vec<Track>, &mut Spare<Track>),
+) {
+    let spacing_px = pieces.tracks().next().map_or(1.0, |track| track.spacing_px);
+    let skip = (reach.disturbed_px.max(0.0) / spacing_px) as usize;
+    buffers.heads.clear();
+    let heads = pieces.tracks().map(|t| Prolongation::head(t, skip));
+    buffers.heads.extend(heads);
+    buffers.tails.clear();
+    let tails = pieces.tracks().map(|t| Prolongation::tail(t, skip));
+    buffers.tails.extend(tails);
+    buffers.find_pairs(pieces, reach, spacing_px);
+    buffers.next.clear();
+    buffers.next.resize(pieces.len(), None);
+    buffers.has_previous.clear();
+    buffers.has_previous.resize(pieces.len(), false);
+    for &(_, a, b) in &buffers.pairs {
+        if buffers.next[a].is_none() && !buffers.has_previous[b] {
+            buffers.next[a] = Some(b);
+            buffers.has_previous[b] = true;
+        }
+    }
+    let firsts = (0..pieces.len()).filter(|&k| !buffers.has_previous[k]);
+    spare.resize(tracks, firsts.clone().count());
+    for (track, first) in tracks.iter_mut().zip(firsts) {
+        track.copy_from(pieces.track(first));
         let mut at = first;
-        while let Some(after) = next[at] {
-            append(&mut track, &tracks[after], skip);
+        while let Some(after) = buffers.next[at] {
+            append(track, pieces.track(after), skip);
             at = after;
         }
-        joined.push(track);
     }
-    joined
+}
+
+impl JoinBuffers {
+    fn find_pairs(&mut self, pieces: &Followed, reach: &Reach, spacing_px: f64) {
+        let gap = reach.gap_px / spacing_px;
+        self.pairs.clear();
+        for (a, (before, tail)) in pieces.tracks().zip(&self.tails).enumerate() {
+            for (b, (after, head)) in pieces.tracks().zip(&self.heads).enumerate() {
+                let (Some(tail), Some(head)) = (tail, head) else {
+                    continue;
+                };
+                let between = after.start as f64 - before.end() as f64;
+                // each must go on where the other is not
+                let ordered = before.start < after.start && before.end() < after.end();
+                if a == b || !ordered || between.abs() > gap {
+                    continue;
+                }
+                let middle = 0.5 * (after.start + before.end()) as f64;
+                let miss = (tail.at(middle) - head.at(middle)).abs();
+                let bend = (tail.slope - head.slope).abs() / spacing_px;
+                if miss <= reach.gate_px && bend <= SLOPE_DIFFERENCE {
+                    let cost = miss + 0.02 * spacing_px * between.abs();
+                    self.pairs.push((cost, a, b));
+                }
+            }
+        }
+        self.pairs
+            .sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then((p.1, p.2).cmp(&(q.1, q.2))));
+    }
 }
 
 /// Appends `b` to `a`; the untrusted points of both ends are replaced by a straight bridge.
@@ -99,11 +118,12 @@ fn append(a: &mut Track, b: &Track, skip: usize) {
         a.across.push(from + (to - from) * k as f32 / steps as f32);
         a.strength.push(0.0);
     }
-    a.across.extend(&b.across[begin - b.start..]);
-    a.strength.extend(&b.strength[begin - b.start..]);
+    a.across.extend_from_slice(&b.across[begin - b.start..]);
+    a.strength.extend_from_slice(&b.strength[begin - b.start..]);
 }
 
 /// A straight line through points near an end of a track.
+#[derive(Debug)]
 struct Prolongation {
     along: f64,
     across: f64,
@@ -114,7 +134,7 @@ impl Prolongation {
     fn head(track: &Track, skip: usize) -> Option<Self> {
         let skip = skip.min(track.across.len() / 3);
         let measured = (skip..track.across.len()).filter(|&k| track.strength[k] > 0.0);
-        Self::fit(track, measured.take(POINTS))
+        Self::fit(track, measured)
     }
 
     fn tail(track: &Track, skip: usize) -> Option<Self> {
@@ -122,16 +142,21 @@ impl Prolongation {
         let measured = (0..track.across.len() - skip)
             .rev()
             .filter(|&k| track.strength[k] > 0.0);
-        Self::fit(track, measured.take(POINTS))
+        Self::fit(track, measured)
     }
 
+    /// Through the first [`POINTS`] of the chosen samples.
     fn fit(track: &Track, chosen: impl Iterator<Item = usize>) -> Option<Self> {
-        let points: Vec<(f64, f64)> = chosen
-            .map(|k| ((track.start + k) as f64, f64::from(track.across[k])))
-            .collect();
-        if points.len() < FEWEST {
+        let mut points = [(0.0, 0.0); POINTS];
+        let mut count = 0;
+        for (point, k) in points.iter_mut().zip(chosen) {
+            *point = ((track.start + k) as f64, f64::from(track.across[k]));
+            count += 1;
+        }
+        if count < FEWEST {
             return None;
         }
+        let points = &points[..count];
         let n = points.len() as f64;
         let (t, x) = points
             .iter()

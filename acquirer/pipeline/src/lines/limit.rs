@@ -39,6 +39,11 @@ impl RidgeLimit {
         self.sigmas * self.smoothing * power.sqrt() / (power + self.shrink)
     }
 
+    /// Enough strength whatever a full line's squared signal to noise is.
+    pub(crate) fn always_enough(&self) -> f32 {
+        self.least.max(self.above_noise(self.shrink))
+    }
+
     /// The least strength where a full line has this squared signal to noise.
     #[inline(always)]
     pub(crate) fn strength(&self, power: f32) -> f32 {

@@ -27,9 +27,12 @@ pub use tracks::Track;
 use super::{
     gain::{GainFilter, GainImage},
     line_light::LineLight,
+    spare::Spare,
 };
+use join::{JoinBuffers, Reach, join};
 use ridge_rows::RidgeRows;
 use ridges::{Search, find_ridges};
+use tracks::Followed;
 
 /// How lines are found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -135,6 +138,10 @@ pub struct LineScale {
 pub struct LineBuffers {
     ridges: RidgeRows,
     scale: scale::ScaleBuffers,
+    followed: Followed,
+    join: JoinBuffers,
+    /// Of steep and of flat lines.
+    spare: [Spare<Track>; 2],
 }
 
 /// Finds out how wide the lines are. `pitch_widths` are the pattern's pitches of rows and columns in widths of
@@ -149,36 +156,41 @@ pub fn find_scale(
 }
 
 /// Finds the lines of both families in a gain image of the scale's resolution; `shrink` is its pull towards 0.
-#[must_use]
 pub fn find_lines(
     (image, shrink): (&GainImage, f64),
     scale: &LineScale,
     settings: &LineSettings,
-    buffers: &mut LineBuffers,
-) -> Lines {
+    (buffers, lines): (&mut LineBuffers, &mut Lines),
+) {
+    let LineBuffers {
+        ridges,
+        followed,
+        join: join_buffers,
+        spare: [spare_columns, spare_rows],
+        ..
+    } = buffers;
     let [row_px, column_px] = scale.widths_px;
-    let mut family = |family: Axis, width_px: f64, other_width_px: f64| {
+    let columns = (&mut lines.columns, spare_columns);
+    let rows = (&mut lines.rows, spare_rows);
+    for (family, (found, spare), [width_px, other_width_px]) in [
+        (Axis::Column, columns, [column_px, row_px]),
+        (Axis::Row, rows, [row_px, column_px]),
+    ] {
         let search = Search {
             family,
             width_px,
             shrink: shrink as f32,
             settings,
         };
-        find_ridges(&mut buffers.ridges, image, &search, &scale.sampling);
+        find_ridges(ridges, image, &search, &scale.sampling);
         let spacing_px = scale.sampling.spacing_px() as f64;
-        let reach = join::Reach {
+        let reach = Reach {
             gap_px: settings.bridge_px + 1.5 * other_width_px,
             disturbed_px: 0.5 * other_width_px + 2.0,
             gate_px: settings.gate_px.clamp(0.5, 5.0),
         };
-        let pieces = tracks::follow(&buffers.ridges, spacing_px, width_px, &reach);
-        Family {
-            tracks: join::join(&pieces, &reach),
-            width_px,
-        }
-    };
-    Lines {
-        columns: family(Axis::Column, column_px, row_px),
-        rows: family(Axis::Row, row_px, column_px),
+        followed.follow(ridges, spacing_px, width_px, &reach);
+        found.width_px = width_px;
+        join(followed, &reach, join_buffers, (&mut found.tracks, spare));
     }
 }

@@ -73,7 +73,8 @@ impl RidgeRows {
         let columns = lattice.across_px.div_ceil(side).max(1);
         let tile = |ridge: &Ridge| (ridge.across as usize / side).min(columns - 1);
         let share = settings.share_of_local as f32;
-        self.tiles.resize_with(columns, Vec::new);
+        let most = columns.max(self.tiles.len()); // the other family may need more of them
+        self.tiles.resize_with(most, Vec::new);
         let mut kept = 0;
         let samples = side.div_ceil(lattice.spacing_px.max(1));
         for band in (0..self.len()).step_by(samples) {

@@ -3,18 +3,18 @@
 //! Both families are looked for in the picture as it lies in memory, strip by strip: averaged along the lines,
 //! differentiated across them, and every fall through zero that is steep enough and stands alone is a ridge.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 use shared::pattern::Axis;
 
 use super::{
     LineSettings, Sampling,
     along::AlongKernel,
-    boxes::{BLOCK, Boxes, box_sums, down_sums},
+    boxes::{BLOCK, Boxes, DownSlopes, box_sums},
     limit::{RidgeLimit, strength_per_fall},
     ridge_rows::{Lattice, RidgeRows},
 };
-use crate::gain::GainImage;
+use crate::{gain::GainImage, wide::wide};
 
 /// A point on the middle of a line, in one sample along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,17 +38,15 @@ const BESIDE_SHARE: f32 = 0.5;
 /// Derivatives (down the picture) or samples (along steep lines) that one thread takes at a time.
 const STRIP: usize = 48;
 
-/// Most values in one of the processor's registers.
-const MOST_LANES: usize = 16;
-
 /// What one thread works with, kept between frames.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Strip {
     smooth: Vec<f32>,
     sums: Vec<f32>,
     spare: Vec<f32>,
-    slopes: [Vec<f32>; 2],
-    falls: Vec<usize>,
+    slopes: DownSlopes,
+    /// 1 where the derivative falls through zero.
+    marks: Vec<u8>,
     /// Ridges and their sample along the line.
     pub(super) found: Vec<(u32, Ridge)>,
 }
@@ -70,12 +68,13 @@ pub(super) fn find_ridges(
         Axis::Row => (height + 1).div_ceil(STRIP),
         Axis::Column => along.div_ceil(STRIP),
     };
-    ridges.strips.resize_with(strips, Strip::default);
-    let strips = ridges.strips.par_iter_mut().enumerate();
+    let most = strips.max(ridges.strips.len()); // the other family may need more of them
+    ridges.strips.resize_with(most, Strip::default);
+    ridges.strips.iter_mut().for_each(|s| s.found.clear());
+    let strips = ridges.strips[..strips].par_iter_mut().enumerate();
     strips.for_each(|(k, strip)| {
-        strip.found.clear();
         if width >= 3 && height >= 3 && along > 0 {
-            Arch::new().dispatch(StripPass {
+            wide(StripPass {
                 pass: &pass,
                 first: k * STRIP,
                 strip,
@@ -108,14 +107,14 @@ struct StripPass<'a> {
     strip: &'a mut Strip,
 }
 
-impl WithSimd for StripPass<'_> {
+impl NullaryFnOnce for StripPass<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn call(self) {
         match self.pass.family {
-            Axis::Row => self.pass.flat(simd, self.first, self.strip),
-            Axis::Column => self.pass.steep(simd, self.first, self.strip),
+            Axis::Row => self.pass.flat(self.first, self.strip),
+            Axis::Column => self.pass.steep(self.first, self.strip),
         }
     }
 }
@@ -126,6 +125,8 @@ struct Pass<'a> {
     boxes: Boxes,
     along: AlongKernel,
     limit: RidgeLimit,
+    /// A ridge of this strength is strong whatever the noise there.
+    enough: f32,
     /// Smallest fall of the raw derivative that may be a ridge.
     least_fall: f32,
     strength_per_fall: f32,
@@ -146,6 +147,7 @@ impl<'a> Pass<'a> {
             boxes,
             along,
             limit,
+            enough: limit.always_enough(),
             least_fall: WEAK_SHARE * limit.least / strength_per_fall,
             strength_per_fall,
             beside: BESIDE_WIDTHS.map(|widths| (widths * width).round() as usize),
@@ -154,13 +156,13 @@ impl<'a> Pass<'a> {
 
     /// Steep lines: averaged down the picture, differentiated along its rows.
     #[inline(always)]
-    fn steep<S: Simd>(&self, simd: S, first: usize, strip: &mut Strip) {
+    fn steep(&self, first: usize, strip: &mut Strip) {
         let (width, pad) = (self.image.gain.width(), self.boxes.pad());
         let Strip {
             smooth,
             sums,
             spare,
-            falls,
+            marks,
             found,
             ..
         } = strip;
@@ -169,51 +171,49 @@ impl<'a> Pass<'a> {
             row.resize(width + 2 * pad, 0.0);
         }
         let slopes = width + 2 * pad - self.boxes.reach();
+        marks.resize(slopes - 1, 0);
         for sample in first..(first + STRIP).min(samples) {
             let above = sample * self.along.step;
             let rows = |k: usize| self.image.gain.row((above + k).saturating_sub(1));
             self.along.sum_rows(rows, &mut smooth[pad..pad + width]);
             pad_ends(smooth, pad);
-            sums.copy_from_slice(smooth);
-            box_sums(sums, spare, self.boxes.side);
-            box_sums(sums, spare, self.boxes.side);
+            box_sums(smooth, spare, self.boxes.side);
+            box_sums(spare, sums, self.boxes.side);
             difference(&sums[self.boxes.side..], sums, &mut spare[..slopes]);
             let power = self.image.power.row(self.along.middle(sample));
-            self.falls(simd, (&spare[..slopes - 1], &spare[1..slopes]), falls);
-            for &at in &*falls {
+            self.mark_falls((&spare[..slopes - 1], &spare[1..slopes]), marks);
+            each_marked(marks, |at| {
                 if self.stands_alone(at, width, |k| smooth[pad + k]) {
                     let across = self.position(at, spare[at], spare[at + 1]);
-                    let power = power[(across as usize).min(width - 1)];
+                    let power = || power[(across as usize).min(width - 1)];
                     let ridge = self.ridge(across, spare[at] - spare[at + 1], power);
                     found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                 }
-            }
+            });
         }
     }
 
     /// Flat lines: averaged along the picture's rows, differentiated down it, block of columns by block.
     #[inline(always)]
-    fn flat<S: Simd>(&self, simd: S, first: usize, strip: &mut Strip) {
+    fn flat(&self, first: usize, strip: &mut Strip) {
         let gain = &self.image.gain;
         let samples = gain.width() / self.along.step;
         let (pad, side, reach) = (self.boxes.pad(), self.boxes.side, self.boxes.reach());
         let rows = gain.height() + 2 * pad - reach - 1;
         let count = rows.saturating_sub(first).min(STRIP);
-        // rows above and below those of the derivatives, for what lies beside a ridge
-        let margin = (self.beside[1] + 1).saturating_sub(reach / 2);
+        // rows above and below those of the derivatives, for what lies beside a ridge and for the last step down
+        let margin = (self.beside[1] + 1).saturating_sub(reach / 2).max(1);
         let rows = count + 1 + reach + 2 * margin;
         let Strip {
             smooth,
-            sums,
             spare: padded,
-            slopes: [upper, lower],
-            falls,
+            slopes,
+            marks,
             found,
+            ..
         } = strip;
         smooth.resize(rows * BLOCK, 0.0);
-        sums.resize(rows * BLOCK, 0.0);
-        upper.resize(BLOCK, 0.0);
-        lower.resize(BLOCK, 0.0);
+        marks.resize(BLOCK, 0);
         for block in (0..samples).step_by(BLOCK) {
             let columns = BLOCK.min(samples - block);
             for (k, out) in smooth.chunks_exact_mut(BLOCK).enumerate() {
@@ -221,60 +221,37 @@ impl<'a> Pass<'a> {
                 let out = &mut out[..columns];
                 self.along.sum_along(gain.row(y), block, padded, out);
             }
-            let inner = &mut sums[margin * BLOCK..];
-            inner.copy_from_slice(&smooth[margin * BLOCK..]);
-            down_sums(inner, side);
-            down_sums(inner, side);
-            let row = |k: usize| &inner[k * BLOCK..(k + 1) * BLOCK];
-            difference(row(side), row(0), upper);
+            slopes.begin(&smooth[margin * BLOCK..], side);
             for k in 0..count {
-                difference(row(k + 1 + side), row(k + 1), lower);
-                self.falls(simd, (&upper[..columns], &lower[..columns]), falls);
-                for &column in &*falls {
+                slopes.go_down(&smooth[(margin + k) * BLOCK..], side);
+                let (upper, lower) = slopes.before_and_after();
+                self.mark_falls((upper, lower), marks);
+                each_marked(&marks[..columns], |column| {
                     let at = |y: usize| smooth[(y + pad + margin - first) * BLOCK + column];
                     if self.stands_alone(first + k, gain.height(), at) {
                         let (before, after) = (upper[column], lower[column]);
                         let across = self.position(first + k, before, after);
                         let sample = block + column;
-                        let power = self.image.power.row(across as usize);
-                        let power = power[self.along.middle(sample)];
+                        let power = || {
+                            let row = self.image.power.row(across as usize);
+                            row[self.along.middle(sample)]
+                        };
                         let ridge = self.ridge(across, before - after, power);
                         found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                     }
-                }
-                std::mem::swap(upper, lower);
+                });
             }
         }
     }
 
-    /// Notes where the derivative falls through zero, from `before` to `after`, steeply enough for a weak ridge.
+    /// Marks where the derivative falls through zero, from `before` to `after`, steeply enough for a weak ridge.
     #[inline(always)]
-    fn falls<S: Simd>(&self, simd: S, (before, after): (&[f32], &[f32]), falls: &mut Vec<usize>) {
-        let least = simd.splat_f32s(self.least_fall);
-        let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
-        let (befores, rest) = S::as_simd_f32s(before);
-        let (afters, _) = S::as_simd_f32s(after);
-        let lanes = S::F32_LANES;
-        falls.clear();
-        for (n, (&before, &after)) in befores.iter().zip(afters).enumerate() {
-            let steep = simd.greater_than_f32s(simd.sub_f32s(before, after), least);
-            let rises = simd.greater_than_f32s(before, zero);
-            let sinks = simd.less_than_or_equal_f32s(after, zero);
-            let ridges = simd.and_m32s(rises, simd.and_m32s(sinks, steep));
-            let marks = simd.select_f32s(ridges, one, zero);
-            // hardly any pixel is on a ridge
-            if simd.reduce_max_f32s(marks) > 0.0 {
-                let mut marked = [0.0; MOST_LANES];
-                simd.partial_store_f32s(&mut marked[..lanes], marks);
-                let on = (0..lanes).filter(|&lane| marked[lane] > 0.0);
-                falls.extend(on.map(|lane| n * lanes + lane));
-            }
+    fn mark_falls(&self, (before, after): (&[f32], &[f32]), marks: &mut [u8]) {
+        let least = self.least_fall;
+        for ((mark, &before), &after) in marks.iter_mut().zip(before).zip(after) {
+            let falls = (before > 0.0) & (after <= 0.0) & (before - after > least);
+            *mark = u8::from(falls);
         }
-        let is_fall = |&k: &usize| {
-            let (before, after) = (before[k], after[k]);
-            before > 0.0 && after <= 0.0 && before - after > self.least_fall
-        };
-        falls.extend((before.len() - rest.len()..before.len()).filter(is_fall));
     }
 
     /// Position of a fall across, in the image's pixels, edge coordinates.
@@ -301,16 +278,39 @@ impl<'a> Pass<'a> {
         })
     }
 
+    /// The ridge of a fall if it is strong enough for the `power` there, which seldom has to be looked at.
     #[inline(always)]
-    fn ridge(&self, across: f32, fall: f32, power: f32) -> Option<Ridge> {
+    fn ridge(&self, across: f32, fall: f32, power: impl Fn() -> f32) -> Option<Ridge> {
         let strength = self.strength_per_fall * fall;
-        let noise = self.limit.above_noise(power);
-        (strength > WEAK_SHARE * noise).then(|| Ridge {
+        let (kept, strong) = if strength > self.enough {
+            (true, true)
+        } else {
+            let power = power();
+            let noise = self.limit.above_noise(power);
+            let strong = strength > self.limit.strength(power);
+            (strength > WEAK_SHARE * noise, strong)
+        };
+        kept.then_some(Ridge {
             across: across * self.image.bin as f32,
             strength,
-            strong: strength > self.limit.strength(power),
+            strong,
         })
     }
+}
+
+/// Hardly any pixel is on a ridge: looks at eight marks at once.
+#[inline(always)]
+fn each_marked(marks: &[u8], mut look_at: impl FnMut(usize)) {
+    let (eights, rest) = marks.as_chunks::<8>();
+    for (n, &eight) in eights.iter().enumerate() {
+        let mut bits = u64::from_le_bytes(eight);
+        while bits != 0 {
+            look_at(8 * n + bits.trailing_zeros() as usize / 8);
+            bits &= bits - 1; // a mark has one bit
+        }
+    }
+    let marked = rest.iter().enumerate().filter(|(_, mark)| **mark != 0);
+    marked.for_each(|(k, _)| look_at(8 * eights.len() + k));
 }
 
 /// What the first row has more than the second, as far as `out` reaches.

@@ -3,7 +3,7 @@
 use super::{Ridge, join::Reach, ridge_rows::RidgeRows};
 
 /// One line followed through the picture: its position across for each sample along it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Track {
     /// Number of the first sample; sample 0 is the picture's first.
     pub start: usize,
@@ -16,6 +16,19 @@ pub struct Track {
 }
 
 impl Track {
+    /// Becomes another one, with room for as many samples as that has.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        (self.start, self.spacing_px) = (other.start, other.spacing_px);
+        for (list, others) in [
+            (&mut self.across, &other.across),
+            (&mut self.strength, &other.strength),
+        ] {
+            list.clear();
+            list.reserve(others.capacity());
+            list.extend_from_slice(others);
+        }
+    }
+
     /// One past the last sample.
     #[must_use]
     pub fn end(&self) -> usize {
@@ -97,13 +110,14 @@ impl Track {
 }
 
 /// A track that may still grow.
+#[derive(Debug, Default)]
 struct Growing {
-    start: usize,
-    across: Vec<f32>,
-    strength: Vec<f32>,
+    track: Track,
     strong: usize,
     slope: f32,
     recent: Recent,
+    /// Number of its last ridge among those of its sample.
+    place: usize,
 }
 
 /// Sums over the last points of a track, for their least-squares slope.
@@ -145,55 +159,54 @@ impl Recent {
     }
 }
 
-/// A list with room for a line of common length.
-fn started(value: f32) -> Vec<f32> {
-    const ROOM: usize = 512;
-    let mut values = Vec::with_capacity(ROOM);
-    values.push(value);
-    values
-}
-
 impl Growing {
-    fn new(start: usize, ridge: &Ridge) -> Self {
-        let mut recent = Recent::default();
-        recent.push(&[ridge.across]);
-        Self {
-            start,
-            across: started(ridge.across),
-            strength: started(ridge.strength),
-            strong: 1,
-            slope: 0.0,
-            recent,
+    /// Begins anew at a ridge; no line has more than so many samples.
+    fn begin(&mut self, start: usize, ridge: &Ridge, (spacing_px, most): (f64, usize)) {
+        let track = &mut self.track;
+        (track.start, track.spacing_px) = (start, spacing_px);
+        for (list, value) in [
+            (&mut track.across, ridge.across),
+            (&mut track.strength, ridge.strength),
+        ] {
+            list.clear();
+            list.reserve(most); // it may have been a shorter line in the frame before
+            list.push(value);
         }
+        (self.strong, self.slope) = (1, 0.0);
+        self.recent = Recent::default();
+        self.recent.push(&[ridge.across]);
     }
 
     /// Last measured pixel along.
     fn last(&self) -> usize {
-        self.start + self.across.len() - 1
+        self.track.end() - 1
     }
 
     /// From the mean of the last few points, since near a crossing single ones drift aside.
     fn predicted(&self, along: usize) -> f32 {
         const LAST: usize = 6;
-        let last = &self.across[self.across.len().saturating_sub(LAST)..];
+        let across = &self.track.across;
+        let last = &across[across.len().saturating_sub(LAST)..];
         let n = last.len() as f32;
         let from_mean = (along - self.last()) as f32 + 0.5 * (n - 1.0);
         last.iter().sum::<f32>() / n + self.slope * from_mean
     }
 
     fn push(&mut self, along: usize, ridge: &Ridge) {
-        let from = self.across[self.across.len() - 1];
         let steps = along - self.last();
+        let Track {
+            across, strength, ..
+        } = &mut self.track;
+        let from = across[across.len() - 1];
         for k in 1..steps {
-            self.across
-                .push(from + (ridge.across - from) * k as f32 / steps as f32);
-            self.strength.push(0.0);
-            self.recent.push(&self.across);
+            across.push(from + (ridge.across - from) * k as f32 / steps as f32);
+            strength.push(0.0);
+            self.recent.push(across);
         }
-        self.across.push(ridge.across);
-        self.strength.push(ridge.strength);
+        across.push(ridge.across);
+        strength.push(ridge.strength);
         self.strong += usize::from(ridge.strong);
-        self.recent.push(&self.across);
+        self.recent.push(across);
         self.slope = self.recent.slope();
     }
 }
@@ -203,72 +216,152 @@ const GATE_PER_PX: f32 = 0.1;
 /// Steepest sideways step per pixel along: 45 degrees and a little.
 const STEEPEST: f32 = 1.3;
 
-/// Links ridges into tracks; a track needs one and a half line widths of strong ridges, at least five pixels.
-pub(super) fn follow(
-    ridges: &RidgeRows,
-    spacing_px: f64,
-    width_px: f64,
-    reach: &Reach,
-) -> Vec<Track> {
-    let fewest = ((1.5 * width_px).max(5.0) / spacing_px).ceil() as usize;
-    let longest_gap = (reach.gap_px.max(1.0) / spacing_px) as usize;
-    let gate = Gate {
-        px: reach.gate_px as f32,
-        spacing_px: spacing_px as f32,
-    };
-    let mut growing: Vec<Growing> = Vec::new();
-    let mut done = Vec::new();
-    let (mut pairs, mut track_taken, mut ridge_taken) = (Vec::new(), Vec::new(), Vec::new());
-    for along in 0..ridges.len() {
-        let row = ridges.row(along);
-        growing.retain_mut(|track| {
-            let goes_on = along - track.last() <= longest_gap + 1;
-            if !goes_on {
-                finish(track, (fewest, spacing_px), &mut done);
+/// Tracks and what following them takes, kept between frames.
+#[derive(Debug, Default)]
+pub(super) struct Followed {
+    /// In the order in which they began; beyond `count` those of earlier frames.
+    begun: Vec<Growing>,
+    count: usize,
+    /// Those that may still grow.
+    growing: Vec<usize>,
+    /// Those that are long enough, in the order of their first point (along, then across).
+    done: Vec<usize>,
+    pairs: Vec<(f32, usize, usize)>,
+    track_taken: Vec<bool>,
+    ridge_taken: Vec<bool>,
+}
+
+impl Followed {
+    /// How many tracks there are.
+    pub(super) fn len(&self) -> usize {
+        self.done.len()
+    }
+
+    /// The tracks in the order of their first point (along, then across).
+    pub(super) fn tracks(&self) -> impl Iterator<Item = &Track> {
+        self.done.iter().map(|&k| &self.begun[k].track)
+    }
+
+    /// The k-th of them.
+    pub(super) fn track(&self, k: usize) -> &Track {
+        &self.begun[self.done[k]].track
+    }
+
+    fn begin(&mut self, along: usize, (place, ridge): (usize, &Ridge), size: (f64, usize)) {
+        if self.count == self.begun.len() {
+            self.begun.push(Growing::default());
+        }
+        self.begun[self.count].place = place;
+        self.begun[self.count].begin(along, ridge, size);
+        self.growing.push(self.count);
+        self.count += 1;
+    }
+
+    /// Links ridges into tracks; a track needs one and a half line widths of strong ridges, at least five pixels.
+    pub(super) fn follow(
+        &mut self,
+        ridges: &RidgeRows,
+        spacing_px: f64,
+        width_px: f64,
+        reach: &Reach,
+    ) {
+        let fewest = ((1.5 * width_px).max(5.0) / spacing_px).ceil() as usize;
+        let longest_gap = (reach.gap_px.max(1.0) / spacing_px) as usize;
+        let gate = Gate {
+            px: reach.gate_px as f32,
+            spacing_px: spacing_px as f32,
+        };
+        self.count = 0;
+        self.growing.clear();
+        self.done.clear();
+        for along in 0..ridges.len() {
+            let row = ridges.row(along);
+            self.finish(|track| along - track.last() > longest_gap + 1, fewest);
+            self.grow(row, along, gate);
+            for (k, ridge) in row.iter().enumerate() {
+                if ridge.strong && !self.ridge_taken[k] {
+                    self.begin(along, (k, ridge), (spacing_px, ridges.len()));
+                }
             }
-            goes_on
+        }
+        self.finish(|_| true, fewest);
+        let begun = &self.begun;
+        let first = |k: usize| (begun[k].track.start, begun[k].track.across[0]);
+        self.done.sort_unstable_by(|&a, &b| {
+            let order = first(a).partial_cmp(&first(b));
+            order.unwrap_or(std::cmp::Ordering::Equal).then(a.cmp(&b))
         });
-        candidates((&growing, row), along, gate, &mut pairs);
+    }
+
+    /// Ends the tracks that `ends` tells; those with enough strong ridges are done.
+    fn finish(&mut self, ends: impl Fn(&Growing) -> bool, fewest: usize) {
+        let Self {
+            begun,
+            growing,
+            done,
+            ..
+        } = self;
+        growing.retain(|&k| {
+            let ended = ends(&begun[k]);
+            if ended && begun[k].strong >= fewest {
+                done.push(k);
+            }
+            !ended
+        });
+    }
+
+    /// Gives the ridges of one sample along to the tracks that they continue.
+    fn grow(&mut self, row: &[Ridge], along: usize, gate: Gate) {
+        self.find_candidates(row, along, gate);
+        let Self {
+            begun,
+            growing,
+            pairs,
+            track_taken,
+            ridge_taken,
+            ..
+        } = self;
         track_taken.clear();
         track_taken.resize(growing.len(), false);
         ridge_taken.clear();
         ridge_taken.resize(row.len(), false);
-        if any_conflict(&pairs, &mut ridge_taken) {
-            pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        if any_conflict(pairs, ridge_taken) {
+            pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         }
         ridge_taken.fill(false);
-        for &(_, track, ridge) in &pairs {
+        for &(_, track, ridge) in &*pairs {
             if !track_taken[track] && !ridge_taken[ridge] {
                 (track_taken[track], ridge_taken[ridge]) = (true, true);
-                growing[track].push(along, &row[ridge]);
+                let track = &mut begun[growing[track]];
+                track.push(along, &row[ridge]);
+                track.place = ridge;
             }
         }
-        let fresh = row.iter().zip(&ridge_taken);
-        growing.extend(
-            fresh
-                .filter(|(ridge, taken)| ridge.strong && !**taken)
-                .map(|(ridge, _)| Growing::new(along, ridge)),
-        );
     }
-    growing
-        .iter_mut()
-        .for_each(|track| finish(track, (fewest, spacing_px), &mut done));
-    done.sort_by(|a: &Track, b: &Track| {
-        (a.start, a.across[0])
-            .partial_cmp(&(b.start, b.across[0]))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
-    done
-}
 
-fn finish(track: &mut Growing, (fewest, spacing_px): (usize, f64), done: &mut Vec<Track>) {
-    if track.strong >= fewest {
-        done.push(Track {
-            start: track.start,
-            spacing_px,
-            across: std::mem::take(&mut track.across),
-            strength: std::mem::take(&mut track.strength),
-        });
+    /// Notes tracks and ridges near each other, track by track.
+    fn find_candidates(&mut self, row: &[Ridge], along: usize, gate: Gate) {
+        self.pairs.clear();
+        for (t, &k) in self.growing.iter().enumerate() {
+            let growing = &self.begun[k];
+            let way_px = (along - growing.last()) as f32 * gate.spacing_px;
+            let predicted = growing.predicted(along);
+            let reach = gate.px + GATE_PER_PX * (way_px - 1.0);
+            let across = &growing.track.across;
+            let last = across[across.len() - 1];
+            let first = first_from(row, predicted - reach, growing.place);
+            for (r, ridge) in row.iter().enumerate().skip(first) {
+                if ridge.across > predicted + reach {
+                    break;
+                }
+                if (ridge.across - last).abs() <= STEEPEST * way_px + 0.5 {
+                    // a longer track is the better evidence when two reach for the same ridge
+                    let handicap = 1.0 / (1.0 + across.len() as f32);
+                    self.pairs
+                        .push(((ridge.across - predicted).abs() + handicap, t, r));
+                }
+            }
+        }
     }
 }
 
@@ -280,35 +373,20 @@ struct Gate {
     spacing_px: f32,
 }
 
+/// Number of the first ridge from a position on; it is looked for from `near` on.
+fn first_from(row: &[Ridge], across: f32, near: usize) -> usize {
+    let mut first = near.min(row.len());
+    while first > 0 && row[first - 1].across >= across {
+        first -= 1;
+    }
+    while first < row.len() && row[first].across < across {
+        first += 1;
+    }
+    first
+}
+
 /// Whether two pairs share a track or a ridge; pairs come track by track. `seen` has a place for each ridge.
 fn any_conflict(pairs: &[(f32, usize, usize)], seen: &mut [bool]) -> bool {
     let twice = |&(_, _, ridge): &(f32, usize, usize)| std::mem::replace(&mut seen[ridge], true);
     pairs.windows(2).any(|pair| pair[0].1 == pair[1].1) || pairs.iter().any(twice)
-}
-
-/// Tracks and ridges near each other, track by track.
-fn candidates(
-    (growing, row): (&[Growing], &[Ridge]),
-    along: usize,
-    gate: Gate,
-    pairs: &mut Vec<(f32, usize, usize)>,
-) {
-    pairs.clear();
-    for (t, track) in growing.iter().enumerate() {
-        let way_px = (along - track.last()) as f32 * gate.spacing_px;
-        let predicted = track.predicted(along);
-        let reach = gate.px + GATE_PER_PX * (way_px - 1.0);
-        let last = track.across[track.across.len() - 1];
-        let first = row.partition_point(|ridge| ridge.across < predicted - reach);
-        for (r, ridge) in row.iter().enumerate().skip(first) {
-            if ridge.across > predicted + reach {
-                break;
-            }
-            if (ridge.across - last).abs() <= STEEPEST * way_px + 0.5 {
-                // a longer track is the better evidence when two reach for the same ridge
-                let handicap = 1.0 / (1.0 + track.across.len() as f32);
-                pairs.push(((ridge.across - predicted).abs() + handicap, t, r));
-            }
-        }
-    }
 }

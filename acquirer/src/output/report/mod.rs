@@ -23,7 +23,11 @@ mod reading;
 
 mod labels;
 
+mod finer;
+
 mod figures;
+
+mod response;
 
 mod settings;
 
@@ -72,7 +76,9 @@ pub(super) fn write(path: &Path, content: &Content<'_>) -> Result<(), OutputErro
         colours,
         reading::section(content),
         labels::section(content),
+        finer::section(content),
         Some(figures::section(content.summary)),
+        response::section(content.summary),
         settings::section(content.summary),
         Some(guide),
     ];

@@ -17,6 +17,7 @@ pub use reading::StageFigures;
 pub use shifts::{LineShiftFigures, ShiftFigures};
 pub use surface::{DifferenceFigures, SurfaceFigures};
 
+use super::{finer::FinerFigures, response::ResponseFigures};
 use crate::{
     pipeline::{Method, dense::measured_scale, result::ScanResult},
     scan::ScanFolder,
@@ -52,7 +53,11 @@ pub struct Summary {
     pub surface: Option<SurfaceFigures>,
     /// How far the object stands out of the background, with a calibration.
     pub difference: Option<DifferenceFigures>,
-    /// What an operator should change: a grid that the camera can't resolve.
+    /// What finer grids gave, coarse before fine; empty without any.
+    pub finer: Vec<FinerFigures>,
+    /// The curve from camera bytes to light; the thesis's method needs none.
+    pub response: Option<ResponseFigures>,
+    /// What an operator should change: a grid that the camera can't resolve, pictures that do not add up.
     pub warnings: Vec<String>,
     /// The effective settings of the pipeline.
     pub settings: serde_json::Value,
@@ -83,6 +88,8 @@ impl Summary {
             line_shifts: LineShiftFigures::of(result),
             surface: SurfaceFigures::of(result),
             difference: DifferenceFigures::of(result),
+            finer: result.finer.iter().map(FinerFigures::of).collect(),
+            response: ResponseFigures::of(result),
             warnings: warnings(folder, result),
             settings: result.settings.clone(),
         }
@@ -98,7 +105,8 @@ impl Summary {
     }
 }
 
-/// Lines too fine for the camera, by the scale measured on the decoded grid, else by the pictures' sizes.
+/// Lines too fine for the camera, by the scale measured on the decoded grid, else by the pictures' sizes; and solid
+/// colours that tell no response.
 fn warnings(folder: &ScanFolder, result: &ScanResult) -> Vec<String> {
     let manifest = folder.manifest();
     let (grid, raster) = (&manifest.pattern.coded, manifest.projector);
@@ -107,7 +115,15 @@ fn warnings(folder: &ScanFolder, result: &ScanResult) -> Vec<String> {
         .filter_map(|stage| measured_scale(&result.stage(stage)?.grid, grid, raster))
         .next();
     let scale = measured.unwrap_or_else(|| CameraScale::filling(raster, manifest.camera));
-    grid.camera_warnings(raster, scale)
+    let finer = result.finer.iter().map(|scan| &scan.pattern.coded);
+    let grids = std::iter::once(grid).chain(finer);
+    let mut warnings: Vec<String> = grids
+        .flat_map(|grid| grid.camera_warnings(raster, scale))
+        .collect();
+    if let Some(Err(refused)) = &result.response {
+        warnings.push(refused.to_string());
+    }
+    warnings
 }
 
 fn mean(values: &[f64]) -> Option<f64> {
@@ -115,6 +131,6 @@ fn mean(values: &[f64]) -> Option<f64> {
 }
 
 /// Three digits after the point: finer than anything measured here, and short to read.
-fn rounded(value: f64) -> f64 {
+pub(super) fn rounded(value: f64) -> f64 {
     (1000.0 * value).round() / 1000.0
 }

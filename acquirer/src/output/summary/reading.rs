@@ -36,7 +36,11 @@ pub struct StageFigures {
 }
 
 impl StageFigures {
-    pub(super) fn of(reading: &StageReading, lines: &[DenseLine], possible: usize) -> Self {
+    pub(in crate::output) fn of(
+        reading: &StageReading,
+        lines: &[DenseLine],
+        possible: usize,
+    ) -> Self {
         let grid: &DecodedGrid = &reading.grid;
         let labelled = grid.crossings.len();
         let confidences: Vec<f64> = grid.crossings.iter().map(|c| share(c.confidence)).collect();

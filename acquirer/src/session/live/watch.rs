@@ -46,9 +46,11 @@ impl Watch {
         self.change_ms = None;
     }
 
-    /// Takes what the projector told.
-    pub(super) fn listen(&mut self, rig: &mut Rig) -> Result<(), SessionError> {
+    /// Takes what the projector told; whether its settings have changed.
+    pub(super) fn listen(&mut self, rig: &mut Rig) -> Result<bool, SessionError> {
+        let mut settings_changed = false;
         while let Some(notice) = rig.projector.next_notice(Duration::ZERO)? {
+            settings_changed |= matches!(notice, Notice::StateChanged(_));
             let (Notice::Shown { shown, .. }, Some(latency)) = (notice, rig.latency.clone()) else {
                 continue;
             };
@@ -63,7 +65,7 @@ impl Watch {
             self.up = kind_of(&shown.pattern);
             self.change_ms = Some((first, last));
         }
-        Ok(())
+        Ok(settings_changed)
     }
 
     /// What a frame shows.
@@ -121,6 +123,7 @@ fn kind_of(pattern: &Pattern) -> Option<Shows> {
         Pattern::Solid { colour: Rgb::WHITE } => Some(Shows::White),
         Pattern::Solid { .. }
         | Pattern::Ramp
+        | Pattern::TestCard
         | Pattern::Identify { .. }
         | Pattern::PairingCode { .. } => None,
     }

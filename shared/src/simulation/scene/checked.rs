@@ -56,6 +56,16 @@ pub(super) fn non_negative<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D:
     checked(from, |v| (0.0..=LARGEST).contains(&v), "from 0 to 1000000")
 }
 
+/// From 0.2 to 5.
+pub(super) fn exponent<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| (0.2..=5.0).contains(&v), "from 0.2 to 5")
+}
+
+/// From 0 to 0.95: at 1 the curve would be flat at its ends.
+pub(super) fn contrast<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| (0.0..=0.95).contains(&v), "from 0 to 0.95")
+}
+
 /// From 0 to 1.
 pub(super) fn fraction<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     checked(from, |v| (0.0..=1.0).contains(&v), "from 0 to 1")

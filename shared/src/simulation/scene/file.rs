@@ -68,7 +68,7 @@ pub(in crate::simulation) struct CameraTable {
 }
 
 /// How the camera codes linear light in 8 bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(in crate::simulation) enum ToneCurve {
     /// The curve of IEC 61966-2-1, as webcams use it.
@@ -76,6 +76,11 @@ pub(in crate::simulation) enum ToneCurve {
     Srgb,
     /// Proportional to light, as laboratory cameras do.
     Linear,
+    /// The root of this degree, 0.2 to 5.
+    Power(#[serde(deserialize_with = "checked::exponent")] f64),
+    /// The sRGB curve made steeper in the middle and flatter at both ends, as the picture modes of webcams do: a byte
+    /// b, 0 to 1, becomes b - strength sin(2 pi b) / (2 pi); 0 changes nothing, 0.95 is the most.
+    Contrast(#[serde(deserialize_with = "checked::contrast")] f64),
 }
 
 /// `[projector]`: where it stands, its lens, its light and its delay.

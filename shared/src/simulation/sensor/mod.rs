@@ -250,6 +250,12 @@ fn tone_table(curve: ToneCurve) -> Vec<u8> {
     let coded = |light: f32| match curve {
         ToneCurve::Srgb => srgb_from_linear(light),
         ToneCurve::Linear => light,
+        ToneCurve::Power(degree) => light.powf(1.0 / degree as f32),
+        ToneCurve::Contrast(strength) => {
+            let byte = srgb_from_linear(light);
+            let turn = std::f32::consts::TAU;
+            byte - strength as f32 * (turn * byte).sin() / turn
+        }
     };
     (0..TONE_STEPS)
         .map(|step| (coded(level(step)) * 255.0).round() as u8)

@@ -1,0 +1,98 @@
+//! What went wrong and what to do, and the list of what happened.
+
+use eframe::egui::{self, Color32, RichText, Ui};
+
+use crate::gui::{
+    events::Who,
+    model::{Model, Task},
+    style::{self, BAD},
+};
+
+/// The last error over the middle, until it is dismissed.
+pub(in crate::gui) fn error(model: &mut Model, ui: &mut Ui) {
+    let Some(error) = model.error.clone() else {
+        return;
+    };
+    let fill = BAD.gamma_multiply(0.22);
+    let frame = egui::Frame::group(ui.style()).fill(fill).inner_margin(8.0);
+    frame.show(ui, |ui| {
+        ui.horizontal(|ui| {
+            style::lamp(ui, BAD);
+            let width = ui.available_width() - 90.0;
+            ui.vertical(|ui| {
+                ui.set_width(width.max(120.0));
+                ui.label(&error);
+            });
+            if ui.button("Dismiss").clicked() {
+                model.error = None;
+            }
+        });
+    });
+    ui.add_space(4.0);
+}
+
+/// What is under way, with a way to stop it.
+pub(in crate::gui) fn tasks(model: &mut Model, ui: &mut Ui) {
+    let [rig, files] = model.tasks.clone();
+    if let Some(task) = &rig {
+        bar(ui, task);
+        let text = if task.stopping {
+            "Stopping ..."
+        } else {
+            "Cancel"
+        };
+        let cancel = style::wide(ui, !task.stopping, text, ui.available_width());
+        if cancel
+            .on_hover_text("Stop what is under way (Escape)")
+            .clicked()
+        {
+            model.cancel();
+        }
+    }
+    if let Some(task) = &files {
+        bar(ui, task);
+    }
+    if !model.is_busy(Who::Rig) && !model.is_busy(Who::Files) {
+        let last = model.messages.back().map_or("", String::as_str);
+        ui.add(egui::Label::new(RichText::new(last).small().weak()).truncate());
+    }
+}
+
+fn bar(ui: &mut Ui, task: &Task) {
+    let told = task.progress.as_ref();
+    let what = told.map_or("working", |progress| progress.what.as_str());
+    ui.label(RichText::new(what).small());
+    match told.filter(|progress| progress.of > 0) {
+        Some(progress) => {
+            let share = progress.done as f32 / progress.of as f32;
+            ui.add(
+                egui::ProgressBar::new(share)
+                    .desired_height(8.0)
+                    .fill(style::ACCENT),
+            );
+        }
+        None => {
+            let seconds = task.since.elapsed().as_secs();
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label(RichText::new(format!("{seconds} s")).small().weak());
+            });
+        }
+    }
+}
+
+/// The list of what happened.
+pub(in crate::gui) fn list(model: &Model, ui: &mut Ui) {
+    egui::ScrollArea::vertical()
+        .id_salt("messages")
+        .stick_to_bottom(true)
+        .auto_shrink(false)
+        .show(ui, |ui| {
+            for message in &model.messages {
+                ui.add(egui::Label::new(RichText::new(message).small()).wrap());
+            }
+            if model.messages.is_empty() {
+                ui.colored_label(Color32::GRAY, "Nothing happened yet.");
+            }
+        });
+}

@@ -1,0 +1,152 @@
+//! The thread that reads, processes and copies files, so that neither the rig's thread nor the window's waits for
+//! them.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    sync::{Arc, mpsc::Receiver},
+};
+
+use anyhow::{Context, bail};
+
+use super::Teller;
+use crate::{
+    config::Config,
+    gui::{
+        events::{Event, FileJob, Who},
+        open_scan::{OpenScan, StageView},
+        sources::Sources,
+    },
+    session::Progress,
+};
+
+/// Everything the thread needs.
+pub(in crate::gui) struct FileWorker {
+    pub(in crate::gui) config: Config,
+    /// Folder that scans are recorded as.
+    pub(in crate::gui) out: PathBuf,
+    pub(in crate::gui) jobs: Receiver<FileJob>,
+    pub(in crate::gui) teller: Teller,
+}
+
+impl FileWorker {
+    /// Runs until the window is gone.
+    pub(in crate::gui) fn run(self) {
+        while let Ok(job) = self.jobs.recv() {
+            match self.job(job) {
+                Ok(event) => self.teller.tell(event),
+                Err(error) => self.teller.tell(Event::Failed(format!("{error:#}"))),
+            }
+            self.teller.tell(Event::Idle(Who::Files));
+        }
+    }
+
+    fn job(&self, job: FileJob) -> anyhow::Result<Event> {
+        Ok(match job {
+            FileJob::FindSources => Event::Sources(Box::new(Sources::find(&self.out))),
+            FileJob::ReadStage(dir, stage) => {
+                self.begin(format!("reading the {stage}"));
+                let view = StageView::read(&dir, stage, &self.config.pipeline)?;
+                Event::StageRead(dir, Arc::new(view))
+            }
+            FileJob::Read(dir, place) => {
+                self.begin(format!("reading {}", dir.display()));
+                Event::Read(Box::new(OpenScan::read(&dir, &self.config)?), place)
+            }
+            FileJob::Save { from, to } => {
+                self.begin(format!("saving {}", to.display()));
+                copy_scan(&from, &to)?;
+                Event::Note(format!("saved as {}", to.display()))
+            }
+            FileJob::OpenOutside(path) => {
+                open_outside(&path)?;
+                Event::Note(format!("opened {}", path.display()))
+            }
+        })
+    }
+
+    fn begin(&self, what: String) {
+        let progress = Progress {
+            what,
+            done: 0,
+            of: 0,
+        };
+        self.teller.tell(Event::Progress(Who::Files, progress));
+    }
+}
+
+/// Copies a scan with its results to a folder that does not hold one.
+fn copy_scan(from: &Path, to: &Path) -> anyhow::Result<()> {
+    if to.join("scan.json").exists() {
+        bail!(
+            "{}: there is a scan already; choose another name",
+            to.display()
+        );
+    }
+    copy_folder(from, to).with_context(|| {
+        format!(
+            "the scan can't be saved as {}: choose a folder that can be written",
+            to.display()
+        )
+    })
+}
+
+fn copy_folder(from: &Path, to: &Path) -> std::io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            copy_folder(&entry.path(), &target)?;
+        } else {
+            fs::copy(entry.path(), target)?;
+        }
+    }
+    Ok(())
+}
+
+/// Asks the desktop to show a file or folder; its program outlives this one.
+fn open_outside(path: &Path) -> anyhow::Result<()> {
+    let shown = fs::canonicalize(path).with_context(|| format!("{}", path.display()))?;
+    let mut child = Command::new("xdg-open")
+        .arg(&shown)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .with_context(|| {
+            format!(
+                "this desktop has no xdg-open to show {}: open it by hand",
+                shown.display()
+            )
+        })?;
+    if let Some(status) = child.try_wait()?
+        && !status.success()
+    {
+        bail!(
+            "the desktop can't show {}: open it by hand",
+            shown.display()
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_is_copied_whole_and_never_over_another() {
+        let dir = tempfile::tempdir().unwrap();
+        let [from, to] = ["cup", "kept/cup"].map(|name| dir.path().join(name));
+        fs::create_dir_all(from.join("object")).unwrap();
+        fs::write(from.join("scan.json"), "{}").unwrap();
+        fs::write(from.join("object/white-00.png"), "picture").unwrap();
+        copy_scan(&from, &to).unwrap();
+        let copied = fs::read_to_string(to.join("object/white-00.png")).unwrap();
+        assert_eq!(copied, "picture");
+        let again = copy_scan(&from, &to).unwrap_err().to_string();
+        assert!(again.contains("another name"), "{again}");
+    }
+}

@@ -14,7 +14,7 @@ use std::{
     time::Duration,
 };
 
-use rig_tests::{HeadlessProjector, copy_folder};
+use rig_tests::{ProjectorProgram, copy_folder};
 use serde_json::Value;
 
 /// One rig at a time: a simulated camera wants a processor of its own, as a real one would have.
@@ -73,7 +73,7 @@ fn examine(scene: &Path) -> (Value, Option<i32>) {
 }
 
 fn examine_once(scene: &Path) -> (Value, Option<i32>) {
-    let projector = HeadlessProjector::start().unwrap();
+    let projector = ProjectorProgram::headless().unwrap();
     let output = doctor(projector.address(), &format!("sim:{}", scene.display()));
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     let diagnosis = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{message}"));
@@ -417,7 +417,7 @@ fn a_slow_network_is_found() {
     let scenes = Scenes::new();
     let scene = scenes.with("cube", &[]);
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
-    let projector = HeadlessProjector::start().unwrap();
+    let projector = ProjectorProgram::headless().unwrap();
     let proxy = slow_proxy(projector.address().into(), Duration::from_millis(20));
     let output = doctor(&proxy, &format!("sim:{}", scene.display()));
     let diagnosis = serde_json::from_slice(&output.stdout).unwrap();

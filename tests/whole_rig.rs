@@ -12,7 +12,7 @@ use std::{
 };
 
 use acquirer::projector_link::{LinkError, LinkSettings, ProjectorLink};
-use rig_tests::HeadlessProjector;
+use rig_tests::ProjectorProgram;
 use serde_json::Value;
 use shared::protocol::Role;
 
@@ -139,7 +139,7 @@ fn a_recording_replayed_gives_the_same_captures_and_labels() {
     let scan = dir.path().join("scan");
     let again = dir.path().join("again");
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
-    let projector = HeadlessProjector::start().unwrap();
+    let projector = ProjectorProgram::headless().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
         .args(["scan", "--json", "--projector", projector.address()])
         .args(["--camera", &format!("replay:{}", scan.display())])
@@ -166,7 +166,7 @@ fn a_recording_replayed_gives_the_same_captures_and_labels() {
 /// The lines of `acquirer live` in the simulated cube room.
 fn live_lines(mode: &[&str]) -> Vec<Value> {
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
-    let projector = HeadlessProjector::start().unwrap();
+    let projector = ProjectorProgram::headless().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
         .args(["live", "--json", "--frames", "8", "--camera", "sim:cube"])
         .args(["--projector", projector.address()])
@@ -226,7 +226,7 @@ fn live_static_averages_frames_and_reads_as_many_crossings() {
 #[test]
 fn live_reading_ends_on_ctrl_c_with_0_and_whole_lines_and_leaves_the_projector_to_others() {
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
-    let projector = HeadlessProjector::start().unwrap();
+    let projector = ProjectorProgram::headless().unwrap();
     let mut live = Command::new(env!("CARGO_BIN_EXE_acquirer"))
         .args(["live", "--json", "--camera", "sim:cube"])
         .args(["--projector", projector.address()])

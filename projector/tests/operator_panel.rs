@@ -64,6 +64,7 @@ impl Desk {
             role: Role::Controller,
             name: "acquirer on bench-2".into(),
             take_over: false,
+            token: None,
         };
         assert!(self.state.join(CONTROLLER, &hello).is_ok());
         self

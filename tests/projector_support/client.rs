@@ -61,6 +61,7 @@ impl Client {
             role,
             name: name.to_owned(),
             take_over,
+            token: None,
         };
         self.send_bytes(encode(&ClientMessage::from(hello)).as_bytes());
         self.next()

@@ -111,17 +111,18 @@ pub fn section(output: &str, name: &str) -> Vec<Value> {
         .collect()
 }
 
-/// A program of this workspace, which stands beside the test that runs.
+/// A program of this workspace, which stands beside the program that runs, or above the test that runs.
 ///
 /// # Errors
 /// When it has not been built.
 pub fn built_program(name: &str) -> anyhow::Result<PathBuf> {
-    let test = std::env::current_exe()?;
-    let folder = test
-        .parent()
-        .and_then(Path::parent)
-        .context("the test stands nowhere")?;
-    let program = folder.join(name);
+    let here = std::env::current_exe()?;
+    let folder = here.parent().context("this program stands nowhere")?;
+    let above = folder.parent().unwrap_or(folder).join(name);
+    let program = match folder.join(name) {
+        beside if beside.is_file() => beside,
+        _ => above,
+    };
     if !program.is_file() {
         bail!(
             "{} has not been built: run `cargo build --workspace` first",

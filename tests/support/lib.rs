@@ -1,16 +1,20 @@
 //! Helpers for the tests of whole programs.
 
+pub mod endurance;
 pub mod frame_server;
+pub mod fuzz;
 pub mod guest;
 pub mod measure;
 pub mod numbered;
 mod projector;
+pub mod relay;
 mod truth;
 mod vertices;
 
 use std::{fs, path::Path};
 
-pub use projector::{HeadlessProjector, WindowProjector};
+pub use guest::built_program;
+pub use projector::{ProjectorProgram, Usage};
 pub use truth::read_truth;
 pub use vertices::read_vertices;
 

@@ -25,6 +25,7 @@ use crate::{
     after_help = "Examples:
   acquirer demo                                       the whole rig in a simulated room
   acquirer cameras --controls                         which cameras are there, and how they can be set
+  acquirer pair CODE                                  once, with a projector on the network
   acquirer doctor --camera /dev/video0                is the rig well, and what is to be done
   acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0
   acquirer scan --out cup --projector 192.168.0.7:4460 --camera /dev/video0
@@ -63,6 +64,8 @@ pub(super) struct WindowArgs {
 pub(super) enum Command {
     /// List the cameras with their formats, sizes and rates.
     Cameras(CamerasArgs),
+    /// Get to know a projector on the network by the code that it shows or `projector pair` prints.
+    Pair(PairArgs),
     /// Examine the rig before it is used: screen, pixels, focus, automatics, exposure, flicker, latency, frames,
     /// network; each with what to do.
     Doctor(DoctorArgs),
@@ -279,6 +282,26 @@ pub(super) struct DoctorArgs {
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `acquirer pair`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer pair SLP1/192.168.0.7:4460/...            the code as it was printed
+  acquirer pair --camera /dev/video0                  the code as the projector shows it")]
+pub(super) struct PairArgs {
+    /// The pairing code.
+    #[arg(value_name = "CODE", conflicts_with = "camera")]
+    pub code: Option<String>,
+    /// Read the code from the wall through this camera.
+    #[arg(long, value_name = "CAMERA")]
+    pub camera: Option<CameraSpec>,
+    /// Reach the projector by this address instead of the code's own.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub projector: Option<String>,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
 }
 
 /// `acquirer colours`.

@@ -12,6 +12,7 @@ mod demo;
 mod doctor;
 mod draw;
 mod live;
+mod pair;
 mod process;
 mod projector_program;
 mod rig;
@@ -26,6 +27,7 @@ use tracing_subscriber::EnvFilter;
 use crate::session::Cancel;
 pub use args::RigArgs;
 use args::{Args, CamerasArgs, Command};
+pub use pair::code_in;
 pub use process::figures_text;
 pub use rig::open_rig;
 
@@ -52,6 +54,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
     match args.command {
         None => window::run(args.window, cancel),
         Some(Command::Cameras(args)) => list_cameras(&args),
+        Some(Command::Pair(args)) => pair::run(&args, cancel),
         Some(Command::Colours(args)) => colours::run(&args, cancel),
         Some(Command::Scan(args)) => scan::run(&args, cancel),
         Some(Command::Doctor(args)) => doctor::run(&args, cancel),

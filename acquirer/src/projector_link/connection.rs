@@ -1,11 +1,11 @@
-//! One TCP connection: connecting, the first words, and the thread that reads.
+//! One connection: connecting, the first words, and the thread that reads.
 //!
 //! Replies are handed to the caller that waits for the request's number, notices to the queue. When
 //! the connection ends, every caller that waits learns why.
 
 use std::collections::HashMap;
-use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpStream, ToSocketAddrs};
+use std::io::ErrorKind;
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -18,11 +18,11 @@ use shared::protocol::{
 };
 
 use super::notices::{Notice, Notices};
+use super::pairing::{Credentials, remembered};
+use super::wire::{Wire, is_other_certificate};
 use super::{LinkError, LinkSettings};
 use crate::clock::monotonic_now;
 
-/// Bytes read at a time.
-const CHUNK: usize = 16 * 1024;
 /// Unreadable lines in the first words after which the peer is no projector.
 const PATIENCE_LINES: usize = 3;
 
@@ -107,16 +107,34 @@ impl Shared {
 /// An open connection.
 #[derive(Debug)]
 pub(super) struct Connection {
-    writer: Mutex<TcpStream>,
+    wire: Arc<Wire>,
     shared: Arc<Shared>,
     reader: Option<JoinHandle<()>>,
-    first_state: ProjectorState,
+    welcome: Welcome,
     next_id: AtomicU64,
     reply_timeout: Duration,
 }
 
+/// The projector's first words.
+#[derive(Debug)]
+struct Welcome {
+    state: ProjectorState,
+    /// Our own token, when we have just been paired.
+    new_token: Option<String>,
+}
+
 impl Connection {
-    pub(super) fn open(settings: &LinkSettings) -> Result<Self, LinkError> {
+    /// To a projector, with what is remembered of it.
+    pub(super) fn to(settings: &LinkSettings) -> Result<Self, LinkError> {
+        let known = remembered(&settings.address);
+        let known = known.map_err(|error| LinkError::Remembered(error.to_string()))?;
+        Self::open(settings, known)
+    }
+
+    pub(super) fn open(
+        settings: &LinkSettings,
+        credentials: Option<Credentials>,
+    ) -> Result<Self, LinkError> {
         let address = &settings.address;
         let stream = reach(address, settings.connect_timeout)?;
         let unreachable = |error: std::io::Error| unreachable(address, &error);
@@ -124,9 +142,11 @@ impl Connection {
         stream
             .set_write_timeout(Some(settings.reply_timeout))
             .map_err(unreachable)?;
+        let wire = Arc::new(protect(stream, settings, credentials)?);
         let mut decoder = Decoder::new();
-        let first_state = greet(&stream, &mut decoder, settings)?;
-        stream.set_read_timeout(None).map_err(unreachable)?;
+        let token = credentials.map(|known| known.token.to_string());
+        let welcome = greet(&wire, &mut decoder, settings, token)?;
+        wire.set_receive_timeout(None).map_err(unreachable)?;
         let shared = Arc::new(Shared {
             waiting: Mutex::new(Waiting::Open(HashMap::new())),
             notices: Notices::default(),
@@ -134,25 +154,27 @@ impl Connection {
         let reader = std::thread::Builder::new()
             .name("projector link".into())
             .spawn({
-                let (shared, stream) = (
-                    Arc::clone(&shared),
-                    stream.try_clone().map_err(unreachable)?,
-                );
-                move || read_until_the_end(stream, decoder, &shared)
+                let (shared, wire) = (Arc::clone(&shared), Arc::clone(&wire));
+                move || read_until_the_end(&wire, decoder, &shared)
             })
             .map_err(unreachable)?;
         Ok(Self {
-            writer: Mutex::new(stream),
+            wire,
             shared,
             reader: Some(reader),
-            first_state,
+            welcome,
             next_id: AtomicU64::new(1),
             reply_timeout: settings.reply_timeout,
         })
     }
 
     pub(super) fn first_state(&self) -> &ProjectorState {
-        &self.first_state
+        &self.welcome.state
+    }
+
+    /// The token that the projector gave us while it paired us.
+    pub(super) fn new_token(&self) -> Option<&str> {
+        self.welcome.new_token.as_deref()
     }
 
     /// Sends a command and waits for its reply.
@@ -189,10 +211,7 @@ impl Connection {
     }
 
     fn write(&self, message: &ClientMessage) -> std::io::Result<()> {
-        self.writer
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .write_all(encode(message).as_bytes())
+        self.wire.send(encode(message).as_bytes())
     }
 
     pub(super) fn next_notice(&self, timeout: Duration) -> Result<Option<Notice>, LinkError> {
@@ -207,12 +226,7 @@ impl Connection {
     pub(super) fn close(&mut self) {
         self.shared.end("it was closed");
         // Fails only if the peer has closed already.
-        drop(
-            self.writer
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .shutdown(Shutdown::Both),
-        );
+        drop(self.wire.shutdown());
         if let Some(reader) = self.reader.take()
             && reader.join().is_err()
         {
@@ -266,12 +280,44 @@ fn unreachable(address: &str, error: &std::io::Error) -> LinkError {
     }
 }
 
+/// Brings TLS over the connection to a paired projector. Others are spoken to on this computer only.
+fn protect(
+    stream: TcpStream,
+    settings: &LinkSettings,
+    credentials: Option<Credentials>,
+) -> Result<Wire, LinkError> {
+    let address = &settings.address;
+    let unreachable = |error: std::io::Error| unreachable(address, &error);
+    let here = stream.peer_addr().map_err(unreachable)?.ip().is_loopback();
+    let timeout = Some(settings.connect_timeout);
+    stream.set_read_timeout(timeout).map_err(unreachable)?;
+    match credentials {
+        Some(known) => Wire::protected(stream, known.fingerprint).map_err(|error| {
+            if is_other_certificate(&error) {
+                return LinkError::OtherProjector {
+                    address: address.clone(),
+                };
+            }
+            LinkError::NotAProjector {
+                address: address.clone(),
+                reason: format!("it does not speak TLS as when it was paired: {error}"),
+            }
+        }),
+        None if here => Ok(Wire::plain(stream)),
+        None => Err(LinkError::NotPaired {
+            address: address.clone(),
+            reason: "nothing is remembered of it here".into(),
+        }),
+    }
+}
+
 /// Says hello and waits for the welcome; bytes behind it stay in the decoder.
 fn greet(
-    mut stream: &TcpStream,
+    wire: &Wire,
     decoder: &mut Decoder<ServerMessage>,
     settings: &LinkSettings,
-) -> Result<ProjectorState, LinkError> {
+    token: Option<String>,
+) -> Result<Welcome, LinkError> {
     let address = &settings.address;
     let stranger = |reason: String| LinkError::NotAProjector {
         address: address.clone(),
@@ -283,12 +329,12 @@ fn greet(
         role: settings.role,
         name,
         take_over: settings.take_over,
+        token,
     };
-    stream
-        .write_all(encode(&ClientMessage::from(hello)).as_bytes())
+    wire.send(encode(&ClientMessage::from(hello)).as_bytes())
         .map_err(|error| stranger(error.to_string()))?;
     let deadline = Instant::now() + settings.connect_timeout;
-    let (mut chunk, mut unreadable) = ([0; CHUNK], 0);
+    let (mut bytes, mut unreadable, mut new_token) = (Vec::new(), 0, None);
     loop {
         while let Some(message) = decoder.next_message() {
             match message {
@@ -297,8 +343,9 @@ fn greet(
                     role,
                     state,
                 }) if role == settings.role => {
-                    return Ok(state);
+                    return Ok(Welcome { state, new_token });
                 }
+                Ok(ServerMessage::Paired { token }) => new_token = Some(token),
                 Ok(ServerMessage::Welcome { version, role, .. }) => {
                     return Err(LinkError::Version(format!(
                         "the projector speaks version {version} and made us {role:?}, this program speaks version {VERSION}"
@@ -320,12 +367,12 @@ fn greet(
                 settings.connect_timeout.as_millis()
             )));
         }
-        stream
-            .set_read_timeout(Some(left))
+        wire.set_receive_timeout(Some(left))
             .map_err(|error| unreachable(address, &error))?;
-        match stream.read(&mut chunk) {
+        bytes.clear();
+        match wire.receive(&mut bytes) {
             Ok(0) => return Err(stranger("it closed the connection without a word".into())),
-            Ok(count) => decoder.push(&chunk[..count]),
+            Ok(_) => decoder.push(&bytes),
             Err(error) if again(&error) => {}
             Err(error) => return Err(stranger(error.to_string())),
         }
@@ -341,8 +388,8 @@ fn again(error: &std::io::Error) -> bool {
 }
 
 /// The body of the reading thread.
-fn read_until_the_end(mut stream: TcpStream, mut decoder: Decoder<ServerMessage>, shared: &Shared) {
-    let mut chunk = [0; CHUNK];
+fn read_until_the_end(wire: &Wire, mut decoder: Decoder<ServerMessage>, shared: &Shared) {
+    let mut bytes = Vec::new();
     loop {
         while let Some(message) = decoder.next_message() {
             match message {
@@ -352,9 +399,10 @@ fn read_until_the_end(mut stream: TcpStream, mut decoder: Decoder<ServerMessage>
                 }
             }
         }
-        match stream.read(&mut chunk) {
+        bytes.clear();
+        match wire.receive(&mut bytes) {
             Ok(0) => return shared.end("the projector closed it"),
-            Ok(count) => decoder.push(&chunk[..count]),
+            Ok(_) => decoder.push(&bytes),
             Err(error) if again(&error) => {}
             Err(error) => return shared.end(&error.to_string()),
         }

@@ -47,6 +47,29 @@ pub enum LinkError {
     /// The two programs are of different releases.
     #[error("version mismatch: {0}")]
     Version(String),
+    /// The projector lets in who is paired.
+    #[error(
+        "not paired with the projector at {address}: type `acquirer pair CODE` with the code that `projector pair` \
+         makes there ({reason})"
+    )]
+    NotPaired {
+        /// The address.
+        address: String,
+        /// What it says.
+        reason: String,
+    },
+    /// Another certificate than the paired one.
+    #[error(
+        "{address} is not the projector that was paired: its certificate is another one; if it was set up anew, pair \
+         again, else somebody stands between"
+    )]
+    OtherProjector {
+        /// The address.
+        address: String,
+    },
+    /// What is remembered of paired projectors can't be read.
+    #[error("paired projectors: {0}")]
+    Remembered(String),
     /// Somebody else is the controller, or there are too many connections.
     #[error("the projector is taken: {0}")]
     Taken(String),
@@ -92,6 +115,14 @@ impl LinkError {
                 message,
                 ..
             } => Self::Version(message.clone()),
+            ServerMessage::Error {
+                code: ErrorCode::Token,
+                message,
+                ..
+            } => Self::NotPaired {
+                address: address.to_owned(),
+                reason: message.clone(),
+            },
             ServerMessage::Error {
                 code: ErrorCode::ControllerTaken | ErrorCode::Full,
                 message,

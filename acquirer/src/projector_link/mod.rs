@@ -12,10 +12,13 @@ mod clock_offset;
 mod connection;
 mod error;
 mod notices;
+mod pairing;
+mod wire;
 
 pub use clock_offset::{ClockOffset, Ping};
 pub use error::LinkError;
 pub use notices::Notice;
+pub use pairing::{PairError, pair};
 
 use std::time::{Duration, Instant};
 
@@ -95,7 +98,7 @@ impl ProjectorLink {
     /// When nobody answers, the peer is no projector of this version, or somebody else is the
     /// controller.
     pub fn connect(settings: &LinkSettings) -> Result<Self, LinkError> {
-        let connection = Connection::open(settings)?;
+        let connection = Connection::to(settings)?;
         Ok(Self {
             settings: settings.clone(),
             connection,
@@ -124,7 +127,7 @@ impl ProjectorLink {
     /// As [`ProjectorLink::connect`]; the link stays closed then, and this may be called again.
     pub fn reconnect(&mut self) -> Result<(), LinkError> {
         self.connection.close();
-        self.connection = Connection::open(&self.settings)?;
+        self.connection = Connection::to(&self.settings)?;
         Ok(())
     }
 

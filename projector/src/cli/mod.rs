@@ -1,5 +1,7 @@
 //! The command line: what it takes, and how it comes together with the configuration.
 
+mod pair;
+
 mod render;
 
 mod screens;
@@ -19,6 +21,8 @@ Examples:
   projector --windowed 1024x768         an ordinary window, to look at
   projector --headless 1024x768         no window at all, for a simulated room
   projector screens                     which monitors there are
+  projector pair                        opens a pairing code for one client
+  projector revoke --all                nobody is paired any more
   projector render --pattern config/pattern.toml --size 1024x768 grid.png
 
 Keys in the window: I identify, T test card for focus and keystone, C coded grid,
@@ -43,6 +47,12 @@ pub struct Cli {
 enum Subcommands {
     /// Lists the monitors, and which one gets the picture.
     Screens(ScreensArgs),
+    /// Opens a pairing code that lets one client in, prints it, and has a running projector show it as a QR code.
+    Pair,
+    /// Lists who is paired.
+    Pairings(PairingsArgs),
+    /// Takes pairings back; their connections end.
+    Revoke(RevokeArgs),
     /// Writes a pattern into a picture file, pixel for pixel as it would be shown.
     Render(RenderArgs),
 }
@@ -65,8 +75,8 @@ struct ShowArgs {
     /// Don't open the operator's window.
     #[arg(long)]
     no_operator: bool,
-    /// Take commands on this address (default 127.0.0.1:4460); port 0 takes a free one. There is no
-    /// password: whoever reaches the address may command.
+    /// Take commands on this address (default 127.0.0.1:4460); port 0 takes a free one. On an address other
+    /// than loopback the projector speaks TLS and lets in who is paired.
     #[arg(long, value_name = "ADDR:PORT")]
     listen: Option<Address>,
     /// Read settings from this file, in the form of config/projector.toml.
@@ -82,6 +92,24 @@ struct ScreensArgs {
     /// Print one JSON object and nothing else.
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Args)]
+struct PairingsArgs {
+    /// Print one JSON object and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+struct RevokeArgs {
+    /// The client's name, as `projector pairings` lists it.
+    #[arg(value_name = "NAME")]
+    name: Option<String>,
+    /// Everybody.
+    #[arg(long)]
+    all: bool,
 }
 
 #[derive(Debug, Args)]
@@ -136,6 +164,9 @@ pub fn log_to_stderr() {
 pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         None => show::run(cli.show),
+        Some(Subcommands::Pair) => pair::invite(),
+        Some(Subcommands::Pairings(args)) => pair::list(args.json),
+        Some(Subcommands::Revoke(args)) => pair::revoke(args.name.as_deref()),
         Some(Subcommands::Screens(args)) => screens::run(args.json),
         Some(Subcommands::Render(args)) => render::run(&args),
     }
@@ -164,6 +195,8 @@ mod tests {
             "--listen :4460",
             "--listen localhost:99999",
             "render --size 64x48 out.png",
+            "revoke",
+            "revoke somebody --all",
             "sing",
         ] {
             let arguments = ["projector"].into_iter().chain(words.split(' '));

@@ -5,8 +5,9 @@ use std::{io::Write, net::SocketAddr, sync::Arc};
 use anyhow::Context;
 use shared::pattern::RasterSize;
 
-use super::ShowArgs;
+use super::{ShowArgs, pair};
 use crate::{
+    access::Access,
     config::{self, Config},
     control::{Control, ControlSettings, Listening},
     screen::{self, OperatorSettings, Orders, Placement, Reporter, WhenOperator, WindowSettings},
@@ -27,6 +28,9 @@ enum Screen {
 pub(super) fn run(args: ShowArgs) -> anyhow::Result<()> {
     let mut plan = plan(args)?;
     let listening = Listening::bind(&plan.listen)?;
+    if !listening.address().ip().is_loopback() {
+        plan.control.access = Some(Arc::new(protect(listening.address())?));
+    }
     if let Screen::Window(settings) = &mut plan.screen {
         settings.operator.listening = Some(listening.address());
     }
@@ -40,6 +44,20 @@ pub(super) fn run(args: ShowArgs) -> anyhow::Result<()> {
     stopped?;
     tracing::info!("ended");
     Ok(())
+}
+
+/// Prepares TLS and pairings; tells the pairing code when nobody is paired.
+fn protect(address: SocketAddr) -> anyhow::Result<Access> {
+    let access = Access::open()?;
+    access.listens_on(address)?;
+    match access.open_code()? {
+        Some(code) => pair::tell(&code),
+        None => tracing::info!(
+            "paired: {}; `projector pair` lets another one in",
+            access.pairings()?.len()
+        ),
+    }
+    Ok(access)
 }
 
 /// The command line goes before the configuration file, and that before the shipped values.
@@ -89,6 +107,7 @@ fn plan(args: ShowArgs) -> anyhow::Result<Plan> {
             on_controller_lost: control.on_controller_lost,
             grid,
             view: screen.start.into(),
+            access: None,
         },
     })
 }

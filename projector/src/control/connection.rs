@@ -2,28 +2,35 @@
 //!
 //! Reading waits for the hub, so a client that sends faster than pictures can be shown is slowed down.
 //! Writing never makes the hub wait: messages go into a bounded queue, and when that is full the connection
-//! is cut. `ping` is answered here, so that a picture in progress does not lengthen the round trip.
+//! is cut. On a network everything goes through TLS, and a hello needs the token of a pairing; a pairing that is
+//! revoked ends its connection. `ping` is answered here, so that a picture in progress does not lengthen the round trip.
 
-use std::{io, sync::Arc, time::Duration};
+use std::{
+    io,
+    sync::{Arc, OnceLock},
+    time::Duration,
+};
 
 use shared::protocol::{
     ClientMessage, Command, DecodeError, Decoder, ErrorCode, Hello, Request, ServerMessage, encode,
 };
 use tokio::{
-    io::{AsyncReadExt, AsyncWriteExt},
-    net::{
-        TcpStream,
-        tcp::{OwnedReadHalf, OwnedWriteHalf},
-    },
+    io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt},
+    net::TcpStream,
     sync::{Notify, mpsc},
 };
+use tokio_rustls::TlsAcceptor;
 
-use crate::{clock::Clock, state::ConnectionId};
+use crate::{access::Access, clock::Clock, state::ConnectionId};
 
 /// Longest time a client may take to say hello.
 const HELLO_TIMEOUT: Duration = Duration::from_secs(10);
 /// Longest time a farewell may take to be sent.
 const FAREWELL_TIMEOUT: Duration = Duration::from_secs(1);
+/// How often a connection looks whether its pairing was revoked.
+const REVOCATION_CHECK: Duration = Duration::from_secs(1);
+/// First byte of every TLS connection: a handshake record.
+const TLS_HANDSHAKE: u8 = 0x16;
 /// Bytes read at a time.
 const READ_BYTES: usize = 4096;
 
@@ -36,6 +43,8 @@ pub(super) enum Event {
     Request(ConnectionId, Request),
     /// The connection ended.
     Gone(ConnectionId),
+    /// A pairing code is open, or none is any more.
+    PairingCode(Option<String>),
 }
 
 #[derive(Debug)]
@@ -77,27 +86,75 @@ impl Peer {
     }
 }
 
+/// What every connection is served with.
+#[derive(Debug, Clone)]
+pub(super) struct Service {
+    /// Messages that may wait for one client.
+    pub(super) queue_messages: usize,
+    /// Who is let in; nothing where everybody is.
+    pub(super) access: Option<Arc<Access>>,
+    pub(super) events: mpsc::Sender<Event>,
+    pub(super) clock: Clock,
+}
+
 /// Serves one connection until it ends.
-pub(super) async fn run(
-    id: ConnectionId,
-    stream: TcpStream,
-    queue_messages: usize,
-    events: mpsc::Sender<Event>,
-    clock: Clock,
-) {
-    let (read_half, write_half) = stream.into_split();
+pub(super) async fn run(id: ConnectionId, stream: TcpStream, service: Service) {
+    let Some(access) = &service.access else {
+        return talk(id, stream, service).await;
+    };
+    let acceptor = TlsAcceptor::from(access.tls());
+    match tokio::time::timeout(HELLO_TIMEOUT, protect(stream, acceptor)).await {
+        Ok(Ok(protected)) => talk(id, protected, service).await,
+        Ok(Err(error)) => tracing::info!("connection {} refused: {error}", id.0),
+        Err(_) => tracing::info!("connection {} refused: no TLS handshake in time", id.0),
+    }
+}
+
+/// The TLS handshake. A client that does not speak TLS is told so in words it understands.
+async fn protect(
+    mut stream: TcpStream,
+    acceptor: TlsAcceptor,
+) -> io::Result<tokio_rustls::server::TlsStream<TcpStream>> {
+    let mut first = [0];
+    if stream.peek(&mut first).await? == 1 && first[0] != TLS_HANDSHAKE {
+        let refusal = ServerMessage::Error {
+            id: None,
+            code: ErrorCode::Token,
+            message: "this projector speaks TLS and lets in who is paired: type `acquirer pair CODE` with the code \
+                      that `projector pair` makes there"
+                .to_owned(),
+        };
+        stream.write_all(encode(&refusal).as_bytes()).await?;
+        stream.shutdown().await?;
+        return Err(io::Error::other("the client does not speak TLS"));
+    }
+    acceptor.accept(stream).await
+}
+
+async fn talk<S: AsyncRead + AsyncWrite>(id: ConnectionId, stream: S, service: Service) {
+    let (read_half, write_half) = tokio::io::split(stream);
+    let Service {
+        queue_messages,
+        access,
+        events,
+        clock,
+    } = service;
     let (queue, queue_in) = mpsc::channel(queue_messages);
     let peer = Peer {
         queue,
         cut: Arc::default(),
     };
     let cut = peer.cut.clone();
+    let pairing = Arc::new(OnceLock::new());
+    let told = peer.clone();
     let mut reader = Reader {
         id,
         peer,
         events: events.clone(),
         clock,
         said_hello: false,
+        access: access.clone(),
+        pairing: pairing.clone(),
     };
     let writing = write_all(write_half, queue_in);
     tokio::pin!(writing);
@@ -107,6 +164,10 @@ pub(super) async fn run(
         () = cut.notified() => {
             tracing::warn!("connection {} cut: the client does not read its messages", id.0);
             None
+        }
+        () = revoked(access.as_deref(), &pairing) => {
+            told.send(&refusal(None, ErrorCode::Token, "the pairing was revoked at the projector"));
+            Some(Ok(()))
         }
     };
     if let Some(ended) = reading_ended {
@@ -125,6 +186,24 @@ pub(super) async fn run(
     }
 }
 
+/// Waits until the pairing that a connection was let in by is taken back.
+async fn revoked(access: Option<&Access>, pairing: &OnceLock<String>) {
+    let Some(access) = access else {
+        return std::future::pending().await;
+    };
+    loop {
+        tokio::time::sleep(REVOCATION_CHECK).await;
+        let Some(token_sha256) = pairing.get() else {
+            continue;
+        };
+        match access.is_paired(token_sha256) {
+            Ok(true) => {}
+            Ok(false) => return,
+            Err(error) => tracing::warn!("nobody knows who is paired: {error}"),
+        }
+    }
+}
+
 fn log_end(id: ConnectionId, what: &str, ended: io::Result<()>) {
     match ended {
         Ok(()) => tracing::debug!("connection {} ended", id.0),
@@ -133,11 +212,12 @@ fn log_end(id: ConnectionId, what: &str, ended: io::Result<()>) {
 }
 
 async fn write_all(
-    mut stream: OwnedWriteHalf,
+    mut stream: impl AsyncWrite + Unpin,
     mut queue: mpsc::Receiver<Outgoing>,
 ) -> io::Result<()> {
     while let Some(Outgoing::Line(line)) = queue.recv().await {
         stream.write_all(line.as_bytes()).await?;
+        stream.flush().await?;
     }
     stream.shutdown().await
 }
@@ -148,10 +228,13 @@ struct Reader {
     events: mpsc::Sender<Event>,
     clock: Clock,
     said_hello: bool,
+    access: Option<Arc<Access>>,
+    /// What the client was let in by.
+    pairing: Arc<OnceLock<String>>,
 }
 
 impl Reader {
-    async fn read_all(&mut self, mut stream: OwnedReadHalf) -> io::Result<()> {
+    async fn read_all(&mut self, mut stream: impl AsyncRead + Unpin) -> io::Result<()> {
         let mut decoder = Decoder::<ClientMessage>::new();
         let mut buffer = [0; READ_BYTES];
         let hello_due = tokio::time::Instant::now() + HELLO_TIMEOUT;
@@ -190,6 +273,9 @@ impl Reader {
                 true
             }
             Ok(ClientMessage::Hello(hello)) => {
+                if !self.admit(&hello) {
+                    return false;
+                }
                 self.said_hello = true;
                 self.tell(Event::Hello(self.id, hello, self.peer.clone()))
                     .await
@@ -211,15 +297,41 @@ impl Reader {
         }
     }
 
+    /// Whether the client may go on; one that has just been paired is given its token.
+    fn admit(&self, hello: &Hello) -> bool {
+        let Some(access) = &self.access else {
+            return true;
+        };
+        match access.admit(hello.token.as_deref(), &hello.name) {
+            Ok(admission) => {
+                // set once: a connection says hello once
+                self.pairing.get_or_init(|| admission.token_sha256);
+                admission.new_token.is_none_or(|token| {
+                    let token = token.to_string();
+                    self.peer.send(&ServerMessage::Paired { token })
+                })
+            }
+            Err(error) => {
+                tracing::warn!("{:?} refused: {error}", hello.name);
+                self.refuse(None, ErrorCode::Token, &error.to_string());
+                false
+            }
+        }
+    }
+
     async fn tell(&self, event: Event) -> bool {
         self.events.send(event).await.is_ok()
     }
 
     fn refuse(&self, id: Option<u64>, code: ErrorCode, why: &str) {
-        self.peer.send(&ServerMessage::Error {
-            id,
-            code,
-            message: why.to_owned(),
-        });
+        self.peer.send(&refusal(id, code, why));
+    }
+}
+
+fn refusal(id: Option<u64>, code: ErrorCode, why: &str) -> ServerMessage {
+    ServerMessage::Error {
+        id,
+        code,
+        message: why.to_owned(),
     }
 }

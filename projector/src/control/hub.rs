@@ -131,6 +131,10 @@ impl Hub {
             Event::Hello(id, hello, peer) => self.hello(id, &hello, peer),
             Event::Request(id, request) => self.request(id, request),
             Event::Gone(id) => self.gone(id),
+            Event::PairingCode(code) => {
+                let effects = self.state.show_pairing_code(code);
+                self.carry_out(effects, None);
+            }
         }
     }
 

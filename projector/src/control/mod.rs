@@ -24,6 +24,7 @@ use thiserror::Error;
 use tokio::sync::{mpsc, watch};
 
 use crate::{
+    access::Access,
     clock::Clock,
     screen::{Orders, Reporter},
 };
@@ -66,7 +67,7 @@ pub enum OnControllerLost {
 }
 
 /// How commands are taken.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct ControlSettings {
     /// Most connections at a time.
     pub max_connections: usize,
@@ -78,6 +79,8 @@ pub struct ControlSettings {
     pub grid: GridSettings,
     /// The view to begin with.
     pub view: View,
+    /// Who is let in, on a socket that is reached over a network.
+    pub access: Option<Arc<Access>>,
 }
 
 /// A socket that listens, with nobody to answer yet.

@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 
 use shared::protocol::{ErrorCode, ServerMessage, encode};
+use socket2::{SockRef, TcpKeepalive};
 use tokio::{
     io::AsyncWriteExt,
     net::{TcpListener, TcpStream},
@@ -11,13 +12,22 @@ use tokio::{
 
 use super::{
     ControlSettings, EVENT_QUEUE, Listening,
-    connection::{self, Event},
+    connection::{self, Event, Service},
     hub::{Hub, ScreenSide},
 };
-use crate::{clock::Clock, state::ConnectionId};
+use crate::{access::Access, clock::Clock, state::ConnectionId};
+
+/// How often the projector looks whether a pairing code was opened.
+const CODE_CHECK: std::time::Duration = std::time::Duration::from_secs(1);
 
 /// Pause after the system refused a connection, so that a lasting lack of file handles costs no time.
 const ACCEPT_PAUSE: std::time::Duration = std::time::Duration::from_millis(100);
+
+/// A client of which nothing is heard for so long is asked whether it is still there, so often, so many times: one whose
+/// network was cut is gone after 25 s.
+const SILENCE: std::time::Duration = std::time::Duration::from_secs(10);
+const ASK_EVERY: std::time::Duration = std::time::Duration::from_secs(5);
+const ASK_TIMES: u32 = 3;
 
 /// Runs the hub, and the connections once the first picture is shown.
 pub(super) async fn serve(
@@ -35,36 +45,54 @@ pub(super) async fn serve(
             return;
         }
     };
-    let limits = Limits {
-        connections: settings.max_connections,
-        queue: settings.queue_messages,
-    };
+    let most = settings.max_connections;
     let (events, events_in) = mpsc::channel(EVENT_QUEUE);
+    let service = Service {
+        queue_messages: settings.queue_messages,
+        access: settings.access.clone(),
+        events: events.clone(),
+        clock,
+    };
+    let access = settings.access.clone();
     let (shown, first_shown) = oneshot::channel();
     let accepting = async move {
         if first_shown.await.is_ok() {
             ready(address);
-            accept_all(&listener, &limits, &events, clock).await;
+            accept_all(&listener, most, &service).await;
         }
     };
     tokio::select! {
         () = Hub::run(settings, screen, events_in, shown) => {}
         () = accepting => {}
+        () = watch_codes(access.as_deref(), &events) => {}
     }
 }
 
-struct Limits {
-    connections: usize,
-    queue: usize,
+/// Tells the hub which pairing code is open, whoever opened it, for as long as there is a hub.
+async fn watch_codes(access: Option<&Access>, events: &mpsc::Sender<Event>) {
+    let Some(access) = access else {
+        return std::future::pending().await;
+    };
+    let mut told = None;
+    loop {
+        match access.open_code() {
+            Ok(open) => {
+                let open = open.map(|code| code.to_string());
+                if open != told {
+                    told.clone_from(&open);
+                    if events.send(Event::PairingCode(open)).await.is_err() {
+                        return;
+                    }
+                }
+            }
+            Err(error) => tracing::warn!("pairing codes can't be looked up: {error}"),
+        }
+        tokio::time::sleep(CODE_CHECK).await;
+    }
 }
 
-async fn accept_all(
-    listener: &TcpListener,
-    limits: &Limits,
-    events: &mpsc::Sender<Event>,
-    clock: Clock,
-) {
-    let places = std::sync::Arc::new(Semaphore::new(limits.connections));
+async fn accept_all(listener: &TcpListener, most: usize, service: &Service) {
+    let places = std::sync::Arc::new(Semaphore::new(most));
     for number in 1.. {
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
@@ -75,22 +103,36 @@ async fn accept_all(
             }
         };
         let Ok(place) = places.clone().try_acquire_owned() else {
-            tracing::warn!(
-                "{peer} refused: {} connections are open",
-                limits.connections
-            );
-            refuse(stream, limits.connections);
+            tracing::warn!("{peer} refused: {most} connections are open");
+            refuse(stream, most);
             continue;
         };
-        if let Err(error) = stream.set_nodelay(true) {
-            tracing::debug!("{peer}: small messages may be delayed: {error}");
+        if let Err(error) = prepare(&stream) {
+            tracing::debug!(
+                "{peer}: small messages and a cut network may be noticed late: {error}"
+            );
         }
-        let (events, queue) = (events.clone(), limits.queue);
+        let service = service.clone();
         tokio::spawn(async move {
-            connection::run(ConnectionId(number), stream, queue, events, clock).await;
+            connection::run(ConnectionId(number), stream, service).await;
             drop(place);
         });
     }
+}
+
+/// Messages go out at once, and a client whose network was cut is noticed.
+fn prepare(stream: &TcpStream) -> std::io::Result<()> {
+    stream.set_nodelay(true)?;
+    let socket = SockRef::from(stream);
+    let keepalive = TcpKeepalive::new()
+        .with_time(SILENCE)
+        .with_interval(ASK_EVERY)
+        .with_retries(ASK_TIMES);
+    socket.set_tcp_keepalive(&keepalive)?;
+    // the same when something was sent that nobody acknowledges
+    #[cfg(target_os = "linux")]
+    socket.set_tcp_user_timeout(Some(SILENCE + ASK_EVERY * ASK_TIMES))?;
+    Ok(())
 }
 
 /// Tells a client that there is no place, without waiting for it: a fresh connection takes one short line

@@ -197,6 +197,7 @@ fn name_of(pattern: &Pattern, palette: &Palette) -> String {
         Pattern::Ramp => "Ramp of all byte values".to_owned(),
         Pattern::TestCard => "Test card".to_owned(),
         Pattern::Identify { .. } => "Identify card".to_owned(),
+        Pattern::PairingCode { .. } => "Pairing code".to_owned(),
     }
 }
 

@@ -59,7 +59,10 @@ impl Content {
                 let profile = |axis| grid.profile(axis, size).into_iter().map(texel).collect();
                 lines(profile(Axis::Column), profile(Axis::Row), Rgb::BLACK)
             }
-            Pattern::Ramp | Pattern::TestCard | Pattern::Identify { .. } => {
+            Pattern::Ramp
+            | Pattern::TestCard
+            | Pattern::Identify { .. }
+            | Pattern::PairingCode { .. } => {
                 let raster = pattern.raster(size);
                 let texels = raster
                     .bytes()

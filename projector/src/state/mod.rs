@@ -107,6 +107,8 @@ pub struct State {
     view: View,
     blank: bool,
     identifying: bool,
+    /// The pairing code that is shown instead of the view.
+    pairing_code: Option<String>,
     controller: Option<Controller>,
     /// The names of all that are connected.
     members: BTreeMap<ConnectionId, String>,
@@ -140,6 +142,7 @@ impl State {
             view,
             blank: false,
             identifying: false,
+            pairing_code: None,
             controller: None,
             members: BTreeMap::new(),
             selection: None,
@@ -321,6 +324,7 @@ impl State {
             Command::Blank { on } => self.blank = on,
         }
         self.steps.clear();
+        self.pairing_code = None;
         self.identifying = identify_for.is_some();
         let changed =
             (&before.grid, &before.view, before.blank) != (&self.grid, &self.view, self.blank);
@@ -338,6 +342,7 @@ impl State {
             return Effects::default();
         };
         self.view = step.view;
+        self.pairing_code = None;
         self.blank = false;
         self.identifying = false;
         let hold = Duration::from_millis(step.hold_ms.into());
@@ -357,6 +362,18 @@ impl State {
         Effects {
             present: self.renew(false),
             changed,
+            ..Effects::default()
+        }
+    }
+
+    /// Shows a pairing code until something else is asked for, or ends it.
+    pub fn show_pairing_code(&mut self, code: Option<String>) -> Effects {
+        if code.is_some() {
+            self.steps.clear();
+        }
+        self.pairing_code = code;
+        Effects {
+            present: self.renew(false),
             ..Effects::default()
         }
     }
@@ -400,7 +417,9 @@ impl State {
 
     /// The next picture if it is another one than the last, or in any case if forced.
     fn renew(&mut self, force: bool) -> Option<Picture> {
-        let pattern = if self.identifying {
+        let pattern = if let Some(text) = self.pairing_code.clone() {
+            Pattern::PairingCode { text }
+        } else if self.identifying {
             Pattern::Identify {
                 label: self.screen.name.clone(),
             }

@@ -43,6 +43,7 @@ fn hello(role: Role, take_over: bool) -> Hello {
         role,
         name: "bench".into(),
         take_over,
+        token: None,
     }
 }
 

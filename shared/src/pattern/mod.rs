@@ -25,6 +25,7 @@ mod colour;
 mod density;
 mod grid;
 mod identify;
+mod pairing_card;
 mod palette;
 mod place;
 mod raster;

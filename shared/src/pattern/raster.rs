@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Axis, Grid, PatternError, Rgb, identify, test_card};
+use super::{Axis, Grid, PatternError, Rgb, identify, pairing_card, test_card};
 
 /// Size of the projector's raster in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -76,6 +76,11 @@ pub enum Pattern {
         /// Text in the middle, for example the monitor's name.
         label: String,
     },
+    /// A pairing code as a QR code.
+    PairingCode {
+        /// The code.
+        text: String,
+    },
 }
 
 impl Pattern {
@@ -95,6 +100,7 @@ impl Pattern {
             }),
             Self::TestCard => test_card::raster(size),
             Self::Identify { label } => identify::raster(label, size),
+            Self::PairingCode { text } => pairing_card::raster(text, size),
         }
     }
 }

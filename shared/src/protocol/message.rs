@@ -42,6 +42,9 @@ pub struct Hello {
     /// Take the controller's role from whoever holds it.
     #[serde(default, skip_serializing_if = "is_false")]
     pub take_over: bool,
+    /// What lets the client in, in hexadecimal digits; not asked for on the loopback address.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub token: Option<String>,
 }
 
 fn is_false(flag: &bool) -> bool {
@@ -195,6 +198,11 @@ pub struct SequenceStep {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum ServerMessage {
+    /// Before `welcome`, to a client that said hello with the token of a pairing code: it is paired.
+    Paired {
+        /// What to say hello with from now on.
+        token: String,
+    },
     /// Reply to `hello`.
     Welcome {
         /// Version of the protocol the projector speaks.
@@ -259,7 +267,8 @@ pub enum ServerMessage {
 
 impl ServerMessage {
     /// The words that stand for messages in `type`.
-    pub(super) const TYPES: [&str; 9] = [
+    pub(super) const TYPES: [&str; 10] = [
+        "paired",
         "welcome",
         "done",
         "state",
@@ -280,7 +289,8 @@ impl ServerMessage {
             | Self::Noted { id }
             | Self::Pong { id, .. } => Some(*id),
             Self::Error { id, .. } => *id,
-            Self::Welcome { .. }
+            Self::Paired { .. }
+            | Self::Welcome { .. }
             | Self::Shown(_)
             | Self::StateChanged { .. }
             | Self::Controller { .. } => None,
@@ -323,6 +333,8 @@ pub enum ErrorCode {
     /// The picture was not presented in time, for example because the window is covered; a notice comes when
     /// it is after all.
     NotPresented,
+    /// The client is not paired, or its pairing was revoked; the connection ends.
+    Token,
     /// A reason this version does not know.
     #[serde(other)]
     Other,

@@ -20,6 +20,7 @@
 
 mod codec;
 mod message;
+mod pairing;
 mod state;
 
 pub use codec::{DecodeError, Decoder, MAX_LINE_BYTES, Message, encode};
@@ -27,6 +28,7 @@ pub use message::{
     ClientMessage, Command, ControllerChange, ErrorCode, Hello, Request, Role, SequenceStep,
     ServerMessage, View,
 };
+pub use pairing::{Fingerprint, PairingCode, PairingError, Token};
 pub use state::{
     ColourScore, MAX_CANDIDATES, MAX_TEXT_CHARS, ProjectorState, ScreenInfo, ScreenKind, Selection,
     Shown,

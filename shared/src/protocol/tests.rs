@@ -78,6 +78,7 @@ fn every_error_code_stands_in_the_page() {
         ErrorCode::NotController,
         ErrorCode::Full,
         ErrorCode::NotPresented,
+        ErrorCode::Token,
     ] {
         let word = serde_json::to_string(&code).unwrap();
         assert!(

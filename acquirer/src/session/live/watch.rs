@@ -126,9 +126,11 @@ fn kind_of(pattern: &Pattern) -> Option<Shows> {
         Pattern::Grid(_) => Some(Shows::Prmvs),
         Pattern::Solid { colour: Rgb::BLACK } => Some(Shows::Black),
         Pattern::Solid { colour: Rgb::WHITE } => Some(Shows::White),
-        Pattern::Solid { .. } | Pattern::Ramp | Pattern::TestCard | Pattern::Identify { .. } => {
-            None
-        }
+        Pattern::Solid { .. }
+        | Pattern::Ramp
+        | Pattern::TestCard
+        | Pattern::Identify { .. }
+        | Pattern::PairingCode { .. } => None,
     }
 }
 

@@ -1,0 +1,71 @@
+//! `acquirer pair`: gets to know a projector on the network by its pairing code, pasted or seen by the camera.
+
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use image::RgbImage;
+use shared::protocol::PairingCode;
+
+use super::args::PairArgs;
+use crate::{
+    camera::{CameraSpec, open_camera},
+    projector_link::pair,
+    session::Cancel,
+};
+
+/// Longest look for a code through the camera.
+const LOOK: Duration = Duration::from_secs(60);
+/// Longest wait for one frame.
+const FRAME_TIMEOUT: Duration = Duration::from_secs(5);
+
+pub(super) fn run(args: &PairArgs, cancel: &Cancel) -> anyhow::Result<()> {
+    let code = match (&args.code, &args.camera) {
+        (Some(code), _) => code.parse()?,
+        (None, Some(camera)) => look_for_code(camera, args, cancel)?,
+        (None, None) => bail!("give the pairing code, or --camera to read it from the wall"),
+    };
+    let name = format!("acquirer on {}", this_computer());
+    let address = pair(&code, args.projector.as_deref(), &name)?;
+    eprintln!("paired; from now on: --projector {address}");
+    println!("{address}");
+    Ok(())
+}
+
+fn look_for_code(
+    spec: &CameraSpec,
+    args: &PairArgs,
+    cancel: &Cancel,
+) -> anyhow::Result<PairingCode> {
+    let config = args.config.load()?;
+    let mut camera = open_camera(spec, &config.camera, None)?;
+    let deadline = Instant::now() + LOOK;
+    while Instant::now() < deadline && !cancel.is_cancelled() {
+        let frame = camera.next_frame(FRAME_TIMEOUT)?;
+        if let Some(code) = code_in(&frame.picture) {
+            return Ok(code);
+        }
+    }
+    bail!(
+        "the camera saw no pairing code within {} s: point it at the projected QR code, so that it fills a good part \
+         of the picture, or paste the code",
+        LOOK.as_secs()
+    )
+}
+
+/// The pairing code that a picture shows as a QR code.
+#[must_use]
+pub fn code_in(picture: &RgbImage) -> Option<PairingCode> {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let mut prepared = rqrr::PreparedImage::prepare_from_greyscale(width, height, |x, y| {
+        let [red, green, blue] = picture.get_pixel(x as u32, y as u32).0.map(u32::from);
+        ((2 * red + 5 * green + blue) / 8) as u8
+    });
+    let found = prepared.detect_grids();
+    let texts = found.iter().filter_map(|grid| grid.decode().ok());
+    texts.filter_map(|(_, text)| text.parse().ok()).next()
+}
+
+fn this_computer() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").context("no name");
+    name.map_or_else(|_| "a computer".to_owned(), |name| name.trim().to_owned())
+}

@@ -1,0 +1,94 @@
+//! `pairings.json`: who is paired, and the code that is open for pairing. Tokens of paired clients are kept as their
+//! SHA-256 only.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use shared::{
+    private_file,
+    protocol::{Fingerprint, Token},
+};
+
+use super::AccessError;
+
+const BOOK: &str = "pairings.json";
+
+/// A client that is let in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Pairing {
+    /// What the client called itself when it was paired.
+    pub name: String,
+    /// Seconds since 1970.
+    pub paired_at_s: u64,
+    /// SHA-256 of its token, hexadecimal.
+    pub token_sha256: String,
+}
+
+/// A pairing code that is good once.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Invitation {
+    /// The token in the code, hexadecimal.
+    pub(super) token: String,
+    /// Seconds since 1970.
+    pub(super) expires_at_s: u64,
+}
+
+/// The file.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Book {
+    /// Where the projector listened last, HOST:PORT, for codes made by another process.
+    pub(super) address: String,
+    pub(super) pairings: Vec<Pairing>,
+    pub(super) invitation: Option<Invitation>,
+}
+
+impl Book {
+    pub(super) fn read(dir: &Path) -> Result<Self, AccessError> {
+        let path = dir.join(BOOK);
+        match private_file::read(&path)? {
+            None => Ok(Self::default()),
+            Some(bytes) => {
+                serde_json::from_slice(&bytes).map_err(|source| AccessError::Book { path, source })
+            }
+        }
+    }
+
+    /// Changes the file while no other process does.
+    pub(super) fn change<T>(
+        dir: &Path,
+        change: impl FnOnce(&mut Self) -> T,
+    ) -> Result<T, AccessError> {
+        let path = dir.join(BOOK);
+        let lock = private_file::lock(dir)?;
+        let mut book = Self::read(dir)?;
+        let given = change(&mut book);
+        let json = serde_json::to_vec_pretty(&book);
+        let json = json.map_err(|source| AccessError::Book {
+            path: path.clone(),
+            source,
+        })?;
+        private_file::write(&path, &json)?;
+        drop(lock);
+        Ok(given)
+    }
+
+    /// Whether a client with a token of this sum is let in.
+    pub(super) fn is_paired(&self, token_sha256: &str) -> bool {
+        let mut pairings = self.pairings.iter();
+        pairings.any(|pairing| pairing.token_sha256 == token_sha256)
+    }
+
+    /// The token of the code that is open at this time.
+    pub(super) fn open_token(&self, now_s: u64) -> Option<Token> {
+        let open = self.invitation.as_ref();
+        let open = open.filter(|invitation| now_s < invitation.expires_at_s)?;
+        open.token.parse().ok()
+    }
+}
+
+/// What is kept of a token. A sum of 128 random bits can't be turned back, and comparing sums tells nothing by its time.
+pub(super) fn sum_of(token: Token) -> String {
+    Fingerprint(Sha256::digest(token.0).into()).to_string()
+}

@@ -48,7 +48,7 @@ fn allocations(reader: &mut Reader, known: &[RgbImage], new: &[RgbImage]) -> [us
 }
 
 #[test]
-fn from_the_third_frame_on_reading_allocates_nothing() {
+fn from_the_third_frame_on_one_thread_allocates_nothing_and_more_threads_next_to_nothing() {
     let scene = scene();
     let black = shoot(&scene, &Pattern::BLACK, 0..2);
     let white = shoot(&scene, &Pattern::WHITE, 2..4);
@@ -79,7 +79,9 @@ fn from_the_third_frame_on_reading_allocates_nothing() {
             allocations(&mut reader, &coded[..2], &coded[2..])
         });
         let case = format!("{threads} threads, calibrated: {}", calibration.is_some());
-        assert_eq!(again, 0, "{case}");
+        // which thread takes which strip is left to chance: one may meet its largest piece in a later frame
+        let settling = 4 * (threads - 1);
+        assert!(again <= settling, "{again} for six known frames, {case}");
         // a frame with more in it than any before enlarges lists, each by half at least
         assert!(new <= 60, "{new} for four new frames, {case}");
     }

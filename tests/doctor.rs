@@ -167,6 +167,7 @@ fn mild_faults_are_none() {
             ("faults", "lamp_flicker", "0.3"),
             ("faults", "lamp_flicker_hz", "120.0"),
             ("faults", "lost_share", "0.01"),
+            ("camera", "readout_ms", "50.0"),
             ("faults", "delivered_rate_hz", "13.3"),
         ],
     );
@@ -355,6 +356,7 @@ fn a_long_latency_is_found() {
     );
 }
 
+/// With the read-out of a camera of this rate: a change that one frame in two shows would not tell its own length.
 #[test]
 fn a_wide_jitter_is_found() {
     finds(
@@ -362,6 +364,8 @@ fn a_wide_jitter_is_found() {
         &[
             ("projector", "display_latency_ms", "10.0"),
             ("projector", "display_jitter_ms", "90.0"),
+            ("camera", "readout_ms", "50.0"),
+            ("camera", "exposure_ms", "20.0"),
         ],
         ("latency", &["varies"]),
     );

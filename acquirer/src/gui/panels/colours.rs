@@ -40,25 +40,29 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     ui.scope(|ui| bars(&model.colours, ui));
     ui.add_space(GAP);
     choice(&mut model.colours, ui);
-    ui.add_space(4.0);
-    let may_apply = model.may_apply();
-    let apply = style::primary(ui, may_apply, "Apply to the projector");
-    let hint =
-        "The projector's grid takes these colours (A). A scan begun in other colours is ended.";
-    if apply.on_hover_text(hint).clicked() {
-        model.apply_colours();
-    }
-    let there = model.colours.measured.is_some() && model.rig.is_ok() && !may_apply && ready;
-    if there {
-        ui.horizontal(|ui| {
-            style::lamp(ui, style::GOOD);
-            ui.label("The projector shows these colours.");
-        });
-        if ui.button("Next: scan").clicked() {
-            model.side = Side::Scan;
-        }
-    }
     reasons(&model.colours, ui);
+}
+
+/// What to do next, below the panel and always in sight: send the choice, then go on to the scan.
+pub(in crate::gui) fn next(model: &mut Model, ui: &mut Ui) {
+    let may_apply = model.may_apply();
+    let there = model.colours.measured.is_some() && model.is_ready() && model.are_colours_there();
+    if !there {
+        let apply = style::primary(ui, may_apply, "Apply to the projector");
+        let hint =
+            "The projector's grid takes these colours (A). A scan begun in other colours is ended.";
+        if apply.on_hover_text(hint).clicked() {
+            model.apply_colours();
+        }
+        return;
+    }
+    ui.horizontal(|ui| {
+        style::lamp(ui, style::GOOD);
+        ui.label("The projector shows these colours.");
+    });
+    if style::primary(ui, true, "Next: scan").clicked() {
+        model.side = Side::Scan;
+    }
 }
 
 /// A bar for each colour, as long as the pixels that were recovered of it.
@@ -121,7 +125,7 @@ fn bar(ui: &mut Ui, colour: Rgb, share: Option<f32>, width: f32) {
             ),
         );
         ui.painter()
-            .rect_filled(grown, rounding, style::colour32(colour));
+            .rect_filled(grown, rounding, style::screen_colour(colour));
     }
     let rim = egui::Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color);
     ui.painter()

@@ -70,22 +70,21 @@ impl Pictures {
     }
 }
 
-/// Half as wide and high: each pixel is the mean of four.
+/// Half as wide and high: each pixel is the brightest of four in every channel, for what is seen on these pictures are
+/// thin lines on black.
 fn halved(image: &ColorImage) -> ColorImage {
     let [width, height] = image.size;
     let size = [(width / 2).max(1), (height / 2).max(1)];
-    let mean = |x: usize, y: usize| {
+    let brightest = |x: usize, y: usize| {
         let at = |dx: usize, dy: usize| {
             let (x, y) = ((2 * x + dx).min(width - 1), (2 * y + dy).min(height - 1));
             image.pixels[y * width + x].to_array()
         };
         let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
-        let [r, g, b, a] = std::array::from_fn(|k| {
-            let sum: u16 = four.iter().map(|pixel| u16::from(pixel[k])).sum();
-            ((sum + 2) / 4) as u8
-        });
+        let most = |k: usize| four.iter().map(|pixel| pixel[k]).max();
+        let [r, g, b, a] = std::array::from_fn(|k| most(k).unwrap_or_default());
         Color32::from_rgba_premultiplied(r, g, b, a)
     };
-    let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| mean(x, y)));
+    let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| brightest(x, y)));
     ColorImage::new(size, pixels.collect())
 }

@@ -9,6 +9,8 @@ use crate::gui::{
     style::{self, GAP},
 };
 
+/// Height of a colour's bar with its name, in points.
+const BAR_HEIGHT: f32 = 15.0;
 const PLACES: [&str; 4] = ["First", "Second", "Third", "Fourth"];
 
 /// Shows the panel.
@@ -16,7 +18,7 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     style::heading(
         ui,
         "Colours of the grid",
-        "All sixteen are shown on the scene; the four that the camera tells apart best draw the grid.",
+        "All are shown on the scene; the four told apart best draw the grid.",
     );
     let ready = model.is_ready();
     let first = model.colours.measured.is_none();
@@ -45,6 +47,7 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
 
 /// What to do next, below the panel and always in sight: send the choice, then go on to the scan.
 pub(in crate::gui) fn next(model: &mut Model, ui: &mut Ui) {
+    cost(&mut model.colours, ui);
     let may_apply = model.may_apply();
     let there = model.colours.measured.is_some() && model.is_ready() && model.are_colours_there();
     if !there {
@@ -73,7 +76,7 @@ fn bars(colours: &Colours, ui: &mut Ui) {
         .unwrap_or(1)
         .max(1);
     ui.spacing_mut().item_spacing.y = 1.0;
-    ui.spacing_mut().interact_size.y = 16.0;
+    ui.spacing_mut().interact_size.y = BAR_HEIGHT;
     for entry in colours.palette.colours() {
         let score = measured.and_then(|m| m.colours.iter().find(|c| c.colour == entry.colour));
         let place = colours.best.iter().position(|&c| c == entry.colour);
@@ -82,7 +85,7 @@ fn bars(colours: &Colours, ui: &mut Ui) {
             let name = RichText::new(&entry.name).small();
             let name = if place.is_some() { name.strong() } else { name };
             let left = egui::Layout::left_to_right(egui::Align::Center);
-            ui.allocate_ui_with_layout(vec2(92.0, 16.0), left, |ui| {
+            ui.allocate_ui_with_layout(vec2(92.0, BAR_HEIGHT), left, |ui| {
                 ui.set_min_width(92.0);
                 ui.add(egui::Label::new(name).truncate());
             });
@@ -161,7 +164,6 @@ fn choice(colours: &mut Colours, ui: &mut Ui) {
     if before != (colours.best, colours.unary) {
         colours.overridden = true;
     }
-    cost(colours, ui);
 }
 
 /// A menu of the sixteen colours.

@@ -1,8 +1,9 @@
 //! A scan: without the object, with it, each judged before it is kept; then the next object, or another scan.
 
-use eframe::egui::{self, RichText, Ui};
+use eframe::egui::{self, RichText, Sense, Ui, vec2};
 use shared::stage::Stage;
 
+use super::overlay;
 use crate::{
     gui::{
         events::{FileJob, Job, Place, Who},
@@ -172,7 +173,8 @@ fn show_quality(ui: &mut Ui, quality: &Quality) {
     ui.spacing_mut().interact_size.y = 16.0;
     for (&reason, count) in &quality.holes {
         ui.horizontal(|ui| {
-            style::lamp(ui, hole_colour(reason));
+            let (place, _) = ui.allocate_exact_size(vec2(10.0, 14.0), Sense::hover());
+            overlay::cross(ui.painter(), place.center(), hole_colour(reason));
             ui.label(RichText::new(format!("{count} {}", reason_words(reason))).small());
         });
     }

@@ -35,6 +35,8 @@ pub struct Settling {
     pub new_from_ms: f64,
     /// For how many frames a pattern is best held so that one of them is whole: those that are not have to be shown again.
     pub hold_frames: usize,
+    /// Most frames of one change that were neither old nor new.
+    pub most_mixed: usize,
 }
 
 /// A frame near a flash: its time since that was shown, and the share of the new light in each band.
@@ -66,10 +68,17 @@ impl Settling {
             return None;
         }
         let margin = MISS_MS + JITTER_SHARE * jitter.ms;
+        let mixed = changes.clone().map(|frames| {
+            let between = frames.iter().filter(|frame| {
+                frame.0 > old_until + 0.5 * margin && frame.0 < new_from - 0.5 * margin
+            });
+            between.count()
+        });
         let mut settling = Self {
             old_until_ms: old_until - margin,
             new_from_ms: new_from + margin,
             hold_frames: 2,
+            most_mixed: mixed.max().unwrap_or(0),
         };
         let phases = changes.filter_map(|frames| frames.first().map(|frame| frame.0));
         settling.hold_frames = settling.best_hold(phases, frame_ms);

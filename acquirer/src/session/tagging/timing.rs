@@ -69,11 +69,13 @@ impl Timing {
     }
 
     /// Camera frames for which a pattern is held so that `whole` frames show nothing else: 2 for one frame when
-    /// exposure, read-out and jitter together last no longer than a frame, or when the flashes spoilt one each; more otherwise.
+    /// exposure, read-out and jitter together last no longer than a frame, or when the flashes spoilt one each; more
+    /// otherwise. Of several whole frames the inner ones are told by their neighbours, whatever the clocks say.
     #[must_use]
     pub fn hold_frames(&self, whole: usize) -> usize {
         let modelled = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
         let least = match &self.settling {
+            Some(seen) if whole > 1 => modelled.min(seen.most_mixed + 1),
             Some(seen) => modelled.min(seen.hold_frames),
             None => modelled,
         };

@@ -10,7 +10,7 @@ use shared::{
     protocol::{Fingerprint, Token},
 };
 
-use super::AccessError;
+use super::{AccessError, CODE_LASTS_S};
 
 const BOOK: &str = "pairings.json";
 
@@ -80,10 +80,14 @@ impl Book {
         pairings.any(|pairing| pairing.token_sha256 == token_sha256)
     }
 
-    /// The token of the code that is open at this time.
+    /// The token of the code that is open at this time. A code that would last longer than any is not: the clock was set
+    /// back since it was made.
     pub(super) fn open_token(&self, now_s: u64) -> Option<Token> {
         let open = self.invitation.as_ref();
-        let open = open.filter(|invitation| now_s < invitation.expires_at_s)?;
+        let open = open.filter(|invitation| {
+            let left_s = invitation.expires_at_s.saturating_sub(now_s);
+            (1..=CODE_LASTS_S).contains(&left_s)
+        })?;
         open.token.parse().ok()
     }
 }

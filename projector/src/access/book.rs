@@ -96,3 +96,25 @@ impl Book {
 pub(super) fn sum_of(token: Token) -> String {
     Fingerprint(Sha256::digest(token.0).into()).to_string()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Book, Invitation};
+    use crate::access::CODE_LASTS_S;
+
+    #[test]
+    fn a_code_is_open_for_its_minutes_and_not_for_longer_when_the_clock_is_set_back() {
+        let made_at_s = 1_000_000;
+        let book = Book {
+            invitation: Some(Invitation {
+                token: "0123456789abcdef0123456789abcdef".to_owned(),
+                expires_at_s: made_at_s + CODE_LASTS_S,
+            }),
+            ..Book::default()
+        };
+        let is_open = |now_s| book.open_token(now_s).is_some();
+        assert!(is_open(made_at_s) && is_open(made_at_s + CODE_LASTS_S - 1));
+        assert!(!is_open(made_at_s + CODE_LASTS_S));
+        assert!(!is_open(made_at_s - 1) && !is_open(made_at_s - 3600));
+    }
+}

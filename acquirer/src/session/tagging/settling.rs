@@ -81,19 +81,19 @@ impl Settling {
             most_mixed: mixed.max().unwrap_or(0),
         };
         let phases = changes.filter_map(|frames| frames.first().map(|frame| frame.0));
-        settling.hold_frames = settling.best_hold(phases, frame_ms);
+        settling.hold_frames = settling.best_hold(&phases.collect::<Vec<_>>(), frame_ms);
         Some(settling)
     }
 
     /// The hold that takes the least time on average, where frames come at times since a change like these.
-    fn best_hold(&self, phases: impl Iterator<Item = f64> + Clone, frame_ms: f64) -> usize {
+    fn best_hold(&self, phases: &[f64], frame_ms: f64) -> usize {
         let took = |hold: usize| {
-            let has_whole = |&phase: &f64| {
+            let has_whole = |phase: &f64| {
                 let first = ((self.new_from_ms - phase) / frame_ms).ceil() * frame_ms + phase;
                 first <= hold as f64 * frame_ms + self.old_until_ms
             };
-            let whole = phases.clone().filter(has_whole).count() as f64;
-            let missed = 1.0 - whole / phases.clone().count().max(1) as f64;
+            let whole = phases.iter().filter(|phase| has_whole(phase)).count() as f64;
+            let missed = 1.0 - whole / phases.len().max(1) as f64;
             hold as f64 + missed * AGAIN * (hold + 1) as f64
         };
         let holds = 2..=MOST_HELD;

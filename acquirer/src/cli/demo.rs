@@ -20,13 +20,14 @@ use super::{
 use crate::{
     camera::{CameraSpec, load_scene},
     gui::{self, Startup},
+    log::Warnings,
     process::{Processed, process_scan},
     scan::{ScanFolder, fresh_folder},
     score::{StageScore, score_stage},
     session::Cancel,
 };
 
-pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
+pub(super) fn run(args: &DemoArgs, cancel: &Cancel, log: &Warnings) -> anyhow::Result<()> {
     let mut config = args.reading.config(&args.config)?;
     args.record.apply(&mut config.record);
     let scene = load_scene(&args.scene)?;
@@ -60,6 +61,7 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
             calibration: Some(calibration),
             run_all: true,
             remember: None,
+            log: log.clone(),
         };
         return gui::run(startup, cancel);
     }

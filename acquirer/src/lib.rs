@@ -12,7 +12,6 @@ pub mod clock;
 pub mod config;
 mod densify;
 pub mod gui;
-pub mod log;
 pub mod output;
 pub mod process;
 pub mod projector_link;

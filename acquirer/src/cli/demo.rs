@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use look::log::Warnings;
 use shared::{
     pattern::Palette,
     simulation::{Room, Scene},
@@ -20,7 +21,6 @@ use super::{
 use crate::{
     camera::{CameraSpec, load_scene},
     gui::{self, Startup},
-    log::Warnings,
     process::{Processed, process_scan},
     scan::{ScanFolder, fresh_folder},
     score::{StageScore, score_stage},

@@ -22,11 +22,12 @@ mod window;
 use std::process::ExitCode;
 
 use clap::Parser;
+use look::log::Warnings;
 use tracing_subscriber::{
     EnvFilter, Layer, filter::LevelFilter, layer::SubscriberExt, util::SubscriberInitExt,
 };
 
-use crate::{log::Warnings, session::Cancel};
+use crate::session::Cancel;
 pub use args::RigArgs;
 use args::{Args, CamerasArgs, Command};
 pub use pair::code_in;

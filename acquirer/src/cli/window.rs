@@ -1,9 +1,10 @@
 //! `acquirer` without a command: the window.
 
+use look::log::Warnings;
+
 use super::args::WindowArgs;
 use crate::{
     gui::{self, Startup},
-    log::Warnings,
     session::Cancel,
 };
 

@@ -28,9 +28,10 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use eframe::egui;
+use look::log::Warnings;
 use shared::geometry::RigCalibration;
 
-use crate::{cli::RigArgs, config::Config, log::Warnings, session::Cancel};
+use crate::{cli::RigArgs, config::Config, session::Cancel};
 use preferences::Preferences;
 
 /// What the window starts with.

@@ -9,6 +9,7 @@ use std::{
     time::Instant,
 };
 
+use look::log::Warnings;
 use shared::{
     pattern::{Palette, Rgb},
     stage::Stage,
@@ -21,7 +22,6 @@ use crate::{
         live_picture::{LivePicture, LivePlace},
         open_scan::StageView,
     },
-    log::Warnings,
     pipeline::colour_choice::ColourSelection,
     session::{Cancel, Progress},
 };

@@ -153,7 +153,10 @@ fn number(
             let slider = egui::Slider::new(&mut value, least..=most).update_while_editing(false);
             let response = ui.add(slider.logarithmic(most - least > 2000 && least >= 0));
             let usual = control.default;
-            let back = ui.add_enabled(now != usual, egui::Button::new(RichText::new("reset").small()).frame(false));
+            let back = ui.add_enabled(
+                now != usual,
+                egui::Button::new(RichText::new("reset").small()).frame(false),
+            );
             if back
                 .on_hover_text(format!("back to {}", control.value_text(usual)))
                 .clicked()

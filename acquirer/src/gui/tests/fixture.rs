@@ -4,6 +4,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 
 use egui_kittest::{Harness, SnapshotOptions, kittest::Queryable};
 use image::{Rgb as Pixel, RgbImage};
+use look::log::Warnings;
 use rig_tests::measure::{Repeats, SimulatedScan};
 use shared::{
     pattern::{GridSettings, Palette, RasterSize, Rgb},
@@ -25,7 +26,6 @@ use crate::{
         controls::{MenuItem, ids},
         load_scene,
     },
-    log::Warnings,
     pipeline::{
         Projected,
         colour_choice::{ColourSelection, ColourTrial, choose_colours},

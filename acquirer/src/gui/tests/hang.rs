@@ -13,6 +13,7 @@ use std::{
 
 use eframe::egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
+use look::log::Warnings;
 use shared::protocol::{Role, ServerMessage, VERSION, encode};
 
 use super::fixture::rig;
@@ -27,7 +28,6 @@ use crate::{
         style, window,
         worker::{RigWorker, Teller},
     },
-    log::Warnings,
     projector_link::{LinkSettings, ProjectorLink},
     session::{Cancel, Rig},
 };

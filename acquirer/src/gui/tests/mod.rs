@@ -302,9 +302,15 @@ fn keys_do_what_buttons_do() {
     tested.harness.run_steps(2);
     assert_eq!(tested.jobs.try_recv(), Ok(Job::Record(Stage::Background)));
     assert_eq!(tested.harness.state().side, Side::Scan);
+}
+
+#[test]
+fn the_help_tells_the_way_and_all_keys() {
+    let mut tested = Tested::connected();
     tested.harness.key_press(Key::F1);
     tested.harness.run_steps(3);
     assert!(tested.says("From start to a saved scan"));
+    assert!(tested.says("record without object (F)"));
     looks_as_before(tested, "help");
 }
 

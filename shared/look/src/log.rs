@@ -1,12 +1,12 @@
-//! What the program's log warns of, for a window to show.
+//! What a program's log warns of, for its window to show.
 //!
 //! Takes the log's events, gives the warnings and errors of our own code as sentences; those of the window system's and
 //! the graphics crates say nothing to an operator.
 
 use std::{
     collections::VecDeque,
-    fmt::{self, Write},
-    sync::{Arc, Mutex, PoisonError},
+    fmt,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use tracing::{
@@ -18,26 +18,52 @@ use tracing_subscriber::{Layer, layer::Context};
 /// Warnings that are kept until somebody takes them.
 const KEPT: usize = 50;
 /// The crates whose warnings are for the operator.
-const OWN: [&str; 3] = ["acquirer", "pipeline", "shared"];
+const OWN: [&str; 5] = ["acquirer", "look", "pipeline", "projector", "shared"];
+
+/// What is called when there is a new warning.
+type Wake = Box<dyn Fn() + Send>;
 
 /// A layer of the log that keeps warnings. Copies keep them together.
-#[derive(Debug, Clone, Default)]
-pub struct Warnings(Arc<Mutex<VecDeque<String>>>);
+#[derive(Clone, Default)]
+pub struct Warnings(Arc<Mutex<Kept>>);
+
+#[derive(Default)]
+struct Kept {
+    warnings: VecDeque<String>,
+    wake: Option<Wake>,
+}
+
+impl fmt::Debug for Warnings {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.debug_list().entries(&self.kept().warnings).finish()
+    }
+}
 
 impl Warnings {
     /// The warnings since the last call, the oldest first.
     #[must_use]
     pub fn take(&self) -> Vec<String> {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.drain(..).collect()
+        self.kept().warnings.drain(..).collect()
+    }
+
+    /// Has something done at every warning from now on. It must not write to the log itself.
+    pub fn set_wake(&self, wake: impl Fn() + Send + 'static) {
+        self.kept().wake = Some(Box::new(wake));
     }
 
     fn keep(&self, warning: String) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() == KEPT {
-            kept.pop_front();
+        let mut kept = self.kept();
+        if kept.warnings.len() == KEPT {
+            kept.warnings.pop_front();
         }
-        kept.push_back(warning);
+        kept.warnings.push_back(warning);
+        if let Some(wake) = &kept.wake {
+            wake();
+        }
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -71,13 +97,12 @@ impl Sentence {
 
 impl Visit for Sentence {
     fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        // writing into a string does not fail
-        let _ = if field.name() == "message" {
-            write!(self.message, "{value:?}")
+        if field.name() == "message" {
+            self.message += &format!("{value:?}");
         } else {
             let comma = if self.values.is_empty() { "" } else { ", " };
-            write!(self.values, "{comma}{} {value:?}", field.name())
-        };
+            self.values += &format!("{comma}{} {value:?}", field.name());
+        }
     }
 }
 
@@ -90,6 +115,8 @@ mod tests {
     #[test]
     fn our_own_warnings_are_kept_once_and_nothing_else_is() {
         let warnings = Warnings::default();
+        let (woken, wakes) = std::sync::mpsc::channel();
+        warnings.set_wake(move || woken.send(()).unwrap_or_default());
         let log = tracing_subscriber::registry().with(warnings.clone());
         tracing::subscriber::with_default(log, || {
             tracing::info!("all is well");
@@ -98,5 +125,6 @@ mod tests {
         });
         assert_eq!(warnings.take(), ["no frames (camera \"a webcam\")"]);
         assert!(warnings.take().is_empty());
+        assert_eq!(wakes.try_iter().count(), 1);
     }
 }

@@ -19,7 +19,7 @@ mod rig;
 mod scan;
 mod window;
 
-use std::process::ExitCode;
+use std::{io::IsTerminal, process::ExitCode};
 
 use clap::Parser;
 use look::log::Warnings;
@@ -85,6 +85,7 @@ fn init_log(warnings: &Warnings) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
         .without_time();
     tracing_subscriber::registry()
         .with(lines.with_filter(filter))

@@ -1,7 +1,7 @@
 //! The camera's controls with their ranges, the thesis's source settings (S): each can be set, all automatics locked, and
 //! the exposure brought to where white just does not clip.
 
-use eframe::egui::{self, RichText, Role, Ui, WidgetInfo};
+use eframe::egui::{self, RichText, Role, Ui, WidgetInfo, vec2};
 
 use crate::{
     camera::{ControlInfo, ControlKind},
@@ -12,13 +12,19 @@ use crate::{
     },
 };
 
+/// Widths of the two columns' parts, in points.
+const NAME_WIDTH: f32 = 126.0;
+const SLIDER_WIDTH: f32 = 88.0;
+
 /// Shows the panel; it is closed at first.
 pub(super) fn show(model: &mut Model, ui: &mut Ui) {
     if model.rig.is_err() {
         return;
     }
     let header = egui::CollapsingHeader::new(RichText::new("Source settings").strong());
-    let shown = header.default_open(false).show(ui, |ui| panel(model, ui));
+    let shown = header
+        .default_open(false)
+        .show_unindented(ui, |ui| panel(model, ui));
     model.controls.are_shown = shown.body_returned.is_some();
     let hint = "Exposure, gain, white balance and whatever else this camera lets one set";
     shown.header_response.on_hover_text(hint);
@@ -87,8 +93,11 @@ fn buttons(model: &mut Model, ui: &mut Ui) {
 
 /// The camera's word for a control; everything else about it is in the tooltip.
 fn name(control: &ControlInfo, ui: &mut Ui) {
+    let now = control
+        .value
+        .map_or_else(|| "not known".to_owned(), |now| control.value_text(now));
     let mut told = format!(
-        "{}\n{}\nusually {}",
+        "{}\n{}\nnow {now}, usually {}",
         control.key,
         control.range_text(),
         control.value_text(control.default)
@@ -98,12 +107,13 @@ fn name(control: &ControlInfo, ui: &mut Ui) {
     } else if control.inactive {
         told += "\nan automatic has it in hand: switch that off, or lock all";
     }
-    let text = RichText::new(&control.name).small();
-    ui.add_sized(
-        [118.0, 20.0],
-        egui::Label::new(text).truncate().halign(egui::Align::LEFT),
-    )
-    .on_hover_text(told);
+    let left = egui::Layout::left_to_right(egui::Align::Center);
+    ui.allocate_ui_with_layout(vec2(NAME_WIDTH, 20.0), left, |ui| {
+        ui.set_min_width(NAME_WIDTH);
+        let text = RichText::new(&control.name).small();
+        ui.add(egui::Label::new(text).truncate())
+            .on_hover_text(told);
+    });
 }
 
 /// The control's value to be changed; gives what it is to be set to.
@@ -149,7 +159,7 @@ fn number(
     let mut value = moving.map_or(now, |(_, value)| value);
     let response = ui
         .horizontal(|ui| {
-            ui.spacing_mut().slider_width = 96.0;
+            ui.spacing_mut().slider_width = SLIDER_WIDTH;
             let slider = egui::Slider::new(&mut value, least..=most).update_while_editing(false);
             let response = ui.add(slider.logarithmic(most - least > 2000 && least >= 0));
             let usual = control.default;

@@ -76,7 +76,8 @@ impl Wall {
     }
 }
 
-/// Locks the camera's automatics and sets its exposure, for all that follows.
+/// Locks the camera's automatics and sets its exposure; then takes the usual one, for the object is brighter than the
+/// wall that it was set for.
 fn controls(window: &Window<'_>) {
     window.click("Source settings", |w| w.says("exposure time absolute"));
     window.click("Lock all", |w| w.says("locked: "));
@@ -84,6 +85,7 @@ fn controls(window: &Window<'_>) {
         w.says("the white-lit scene reaches byte")
     });
     window.picture("settings");
+    window.click("reset", |w| !w.can("reset"));
     window.click("Source settings", |w| !w.says("Lock all"));
 }
 

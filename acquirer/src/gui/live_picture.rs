@@ -129,10 +129,15 @@ impl Overlay {
             let at = [centre.x as f32, centre.y as f32];
             (at, [index.row, index.column])
         });
+        let mut seen = Self::of(grid, pattern);
+        // a colour that is read in one-coloured lines means nothing
+        for (_, colour) in &mut seen.lines {
+            *colour = UNREAD;
+        }
         Self {
             labels: labels.collect(),
             holes: Vec::new(),
-            ..Self::of(grid, pattern)
+            ..seen
         }
     }
 }

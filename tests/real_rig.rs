@@ -3,6 +3,8 @@
 //! the light of a simulated room. The guest reads live for some frames and then runs all of `acquirer scan`, from the
 //! latency and the choice of colours to the report; its figures and labels are checked here against the room. The room
 //! is lit by what the projector tells that it shows, and every such picture is compared with the window's own pixels.
+//! All the while the guest's clock jumps by hours, for the acquirer with its camera, and at the end for another
+//! projector program in the guest.
 //!
 //! ```text
 //! projector --notices--> frame server --frames over TCP--> frame_feeder -> v4l2loopback -> acquirer
@@ -41,6 +43,9 @@ const RASTER: RasterSize = RasterSize {
     width: 1024,
     height: 768,
 };
+
+/// By how much the guest's clock is set forwards and back, twice a second.
+const JUMP_S: u32 = 7 * 3600;
 
 /// Flashes for the latency: fewer than usual, since each takes long at that rate.
 const QUICK: &str = "[latency]\\nflashes = 8\\n";
@@ -107,7 +112,9 @@ fn work_in_a_guest(
 ) -> anyhow::Result<String> {
     let archive = TcpListener::bind("127.0.0.1:0").unwrap();
     let script = format!(
-        r#"frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & feeder=$!
+        r#"step={JUMP_S}
+while date -s "@$(($(date +%s) + step))"; do step=$((-step)); sleep 0.5; done >/tmp/jumps 2>&1 &
+frame_feeder /dev/video0 tcp 10.0.2.2:{frames} & feeder=$!
 wait-fed
 echo "== cameras"; acquirer cameras --controls --json
 printf '{QUICK}' >/tmp/quick.toml
@@ -130,6 +137,11 @@ while ! grep -q "recorded object" /tmp/log && kill -0 $scan 2>/dev/null; do slee
 kill $feeder
 wait $scan; code=$?
 cat /tmp/log /tmp/figures
+echo "== projector"
+projector --headless 1024x768 --listen 127.0.0.1:4461 >/tmp/projector 2>&1 & projector=$!
+while ! grep -q listening /tmp/projector && kill -0 $projector; do sleep 0.5; done
+acquirer live --projector 127.0.0.1:4461 --camera replay:/tmp/scan --frames 2 --json
+kill $projector; wait $projector; echo "== jumps"; wc -l </tmp/jumps
 tar -c -C /tmp scan | nc 10.0.2.2 {archive}
 exit $code"#,
         frames = room.frame_port(),
@@ -140,7 +152,8 @@ exit $code"#,
     let guest = Guest::with(Device::Loopback)
         .for_seconds(1200)
         .program(env!("CARGO_BIN_EXE_acquirer"))
-        .program(built_program("frame_feeder").unwrap());
+        .program(built_program("frame_feeder").unwrap())
+        .program(built_program("projector").unwrap());
     let into = into.to_owned();
     let taking = std::thread::spawn(move || take_archive(&archive, &into));
     let output = guest.run(&script)?;
@@ -177,6 +190,10 @@ fn a_rig_with_a_real_window_and_a_real_camera_device_reads_the_room_right() {
         assert_eq!(frame["pattern"], "coded", "{frame}");
         assert!(frame["crossings"].as_u64() > Some(150), "{frame}");
     }
+    let jumps = section(&output, "jumps")[0].as_u64();
+    assert!(jumps > Some(20), "the clock was set: {output}");
+    let under_jumps = section(&output, "projector");
+    assert_eq!(under_jumps.len(), 2, "{output}");
     let controls = cameras[0]["controls"].as_array().unwrap();
     let keep = controls
         .iter()

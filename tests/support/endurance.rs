@@ -8,10 +8,11 @@ use std::{
 };
 
 use acquirer::{
-    camera::{CameraSpec, open_camera},
+    camera::{CameraSpec, Losses, open_camera},
     config::Config,
     projector_link::{LinkSettings, ProjectorLink},
-    session::{Cancel, NewScan, Rig, measure_latency, record_stage},
+    scan::ScanFolder,
+    session::{Cancel, NewScan, Rig, SessionError, measure_latency, record_stage},
 };
 use shared::{protocol::Role, stage::Stage};
 
@@ -26,6 +27,25 @@ pub struct Sample {
     pub projector: Usage,
     /// The acquirer's side: this process.
     pub acquirer: Usage,
+    /// Files in the scan folder.
+    pub files: usize,
+    /// What was done since the sample before.
+    pub done: Done,
+}
+
+/// What was done between two samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Done {
+    /// Stages that were recorded.
+    pub stages: u64,
+    /// Pictures that the projector showed.
+    pub pictures: u64,
+    /// Frames that the camera gave.
+    pub frames: u64,
+    /// Mean time of a stage.
+    pub mean: Duration,
+    /// Longest time of a stage.
+    pub longest: Duration,
 }
 
 /// What a run found.
@@ -33,14 +53,18 @@ pub struct Sample {
 pub struct Endurance {
     /// How long it was.
     pub time: Duration,
-    /// Stages that were recorded, each of four patterns shown, told from the frames, and written to the disk.
+    /// Stages that were recorded: every pattern shown, told from the frames, and written to the disk.
     pub stages: u64,
+    /// Patterns of a stage, each shown once unless a frame of it was in doubt.
+    pub patterns: u64,
     /// Stages that could not be recorded, with the reasons.
     pub missed: Vec<String>,
     /// Pictures that the projector showed.
     pub pictures: u64,
     /// Frames that the camera gave.
     pub frames: u64,
+    /// Frames that were lost on their way.
+    pub losses: Losses,
     /// Change of the relation of the two clocks.
     pub clock_drift: Duration,
     /// Usage, first after everything had been used once.
@@ -54,69 +78,130 @@ pub struct Endurance {
 pub fn run(time: Duration, every: Duration) -> anyhow::Result<Endurance> {
     let dir = tempfile::tempdir()?;
     let projector = ProjectorProgram::headless()?;
-    let config = Config::default();
-    let settings = LinkSettings::new(projector.address(), "endurance", Role::Controller);
-    let link = ProjectorLink::connect(&settings)?;
-    let spec = CameraSpec::Simulated("cube".to_owned());
-    let camera = open_camera(&spec, &config.camera, Some(projector.address()))?;
-    let mut rig = Rig::new(link, camera);
-    let cancel = Cancel::default();
-    measure_latency(&mut rig, &config.latency, &cancel, &mut |_| {})?;
-    let scan = NewScan {
-        dir: &dir.path().join("scan"),
-        config: &config,
-        selection: None,
-        calibration: None,
-    };
-    let mut folder = scan.begin(&rig)?;
-    record_stage(
-        &mut rig,
-        &mut folder,
-        Stage::Background,
-        &config.record,
-        &cancel,
-        &mut |_| {},
-    )?;
+    let mut run = Run::begin(&projector, &dir.path().join("scan"))?;
+    let patterns = run.record()?;
 
-    let (begun, mut found) = (Instant::now(), Endurance::default());
-    let first = rig.projector.clock_offset(16)?;
-    let first_serial = rig.projector.state()?.shown.serial;
-    let first_frame = rig.next_frame(Duration::from_secs(5))?.number;
-    let mut due = Duration::ZERO;
+    let begun = Instant::now();
+    let first_clock = run.rig.projector.clock_offset(16)?;
+    let mut found = Endurance {
+        patterns,
+        ..Endurance::default()
+    };
+    run.counted = run.counters()?;
+    found.samples.push(run.sample(begun, &[])?);
     while begun.elapsed() < time {
-        if begun.elapsed() >= due {
-            due += every;
-            found.samples.push(Sample {
-                at: begun.elapsed(),
-                projector: projector.usage()?,
-                acquirer: Usage::of(std::process::id())?,
-            });
+        let due = begun.elapsed() + every;
+        let mut times = Vec::new();
+        while begun.elapsed() < due.min(time) {
+            let stage_begun = Instant::now();
+            match run.record() {
+                Ok(_) => times.push(stage_begun.elapsed()),
+                Err(error) => found.missed.push(error.to_string()),
+            }
         }
-        let recorded = record_stage(
-            &mut rig,
-            &mut folder,
-            Stage::Background,
-            &config.record,
-            &cancel,
-            &mut |_| {},
-        );
-        match recorded {
-            Ok(()) => found.stages += 1,
-            Err(error) => found.missed.push(error.to_string()),
-        }
+        found.samples.push(run.sample(begun, &times)?);
     }
-    found.samples.push(Sample {
-        at: begun.elapsed(),
-        projector: projector.usage()?,
-        acquirer: Usage::of(std::process::id())?,
-    });
     found.time = begun.elapsed();
-    found.pictures = rig.projector.state()?.shown.serial - first_serial;
-    found.frames = rig.next_frame(Duration::from_secs(5))?.number - first_frame;
-    let last = rig.projector.clock_offset(16)?;
-    let drift_ns = last.offset_ns.abs_diff(first.offset_ns);
+    let total = |figure: fn(&Done) -> u64| found.samples.iter().map(|s| figure(&s.done)).sum();
+    found.stages = total(|done| done.stages);
+    found.pictures = total(|done| done.pictures);
+    found.frames = total(|done| done.frames);
+    found.losses = run.rig.camera.losses();
+    let drift_ns = run
+        .rig
+        .projector
+        .clock_offset(16)?
+        .offset_ns
+        .abs_diff(first_clock.offset_ns);
     found.clock_drift = Duration::from_nanos(drift_ns);
     Ok(found)
+}
+
+/// A rig that records.
+struct Run<'a> {
+    projector: &'a ProjectorProgram,
+    rig: Rig,
+    folder: ScanFolder,
+    config: Config,
+    /// Pictures shown and frames given up to the last sample.
+    counted: [u64; 2],
+}
+
+impl<'a> Run<'a> {
+    fn begin(projector: &'a ProjectorProgram, dir: &Path) -> anyhow::Result<Self> {
+        let config = Config::default();
+        let settings = LinkSettings::new(projector.address(), "endurance", Role::Controller);
+        let link = ProjectorLink::connect(&settings)?;
+        let spec = CameraSpec::Simulated("cube".to_owned());
+        let camera = open_camera(&spec, &config.camera, Some(projector.address()))?;
+        let mut rig = Rig::new(link, camera);
+        measure_latency(&mut rig, &config.latency, &Cancel::default(), &mut |_| {})?;
+        let scan = NewScan {
+            dir,
+            config: &config,
+            selection: None,
+            calibration: None,
+        };
+        let folder = scan.begin(&rig)?;
+        Ok(Self {
+            projector,
+            rig,
+            folder,
+            config,
+            counted: [0; 2],
+        })
+    }
+
+    /// Records the stage anew; gives how many patterns it has.
+    fn record(&mut self) -> Result<u64, SessionError> {
+        let mut patterns = 0;
+        record_stage(
+            &mut self.rig,
+            &mut self.folder,
+            Stage::Background,
+            &self.config.record,
+            &Cancel::default(),
+            &mut |progress| patterns = progress.of as u64,
+        )?;
+        Ok(patterns)
+    }
+
+    fn counters(&mut self) -> anyhow::Result<[u64; 2]> {
+        let frame = self.rig.next_frame(Duration::from_secs(5))?;
+        Ok([self.rig.projector.state()?.shown.serial, frame.number])
+    }
+
+    /// What the programs take now, and what they did since the last sample.
+    fn sample(&mut self, begun: Instant, times: &[Duration]) -> anyhow::Result<Sample> {
+        let counted = self.counters()?;
+        let [pictures, frames] = [0, 1].map(|of| counted[of] - self.counted[of]);
+        self.counted = counted;
+        let stages = times.len() as u64;
+        let mean = times.iter().sum::<Duration>().as_secs_f64() / stages.max(1) as f64;
+        Ok(Sample {
+            at: begun.elapsed(),
+            projector: self.projector.usage()?,
+            acquirer: Usage::of(std::process::id())?,
+            files: files(self.folder.dir())?,
+            done: Done {
+                stages,
+                pictures,
+                frames,
+                mean: Duration::from_secs_f64(mean),
+                longest: times.iter().copied().max().unwrap_or_default(),
+            },
+        })
+    }
+}
+
+/// How many files stand in a folder and those in it.
+fn files(dir: &Path) -> std::io::Result<usize> {
+    let mut count = 0;
+    for entry in std::fs::read_dir(dir)? {
+        let path = entry?.path();
+        count += if path.is_dir() { files(&path)? } else { 1 };
+    }
+    Ok(count)
 }
 
 impl Endurance {
@@ -143,13 +228,19 @@ impl fmt::Display for Endurance {
         writeln!(
             f,
             "A room in simulation, recorded over and over at full rate by `./rig endure`: {:.0} minutes.\n\n\
-             - stages recorded: {}, missed: {}\n- pictures shown: {}, frames taken: {}\n\
+             - stages recorded: {}, each of {} patterns; missed: {}\n\
+             - pictures shown: {}, {} besides one for each pattern (a lead before one that is up already; once more where no \
+             frame was sure)\n- frames of the camera: {}, lost: {}, nobody asked (while files are written): {}\n\
              - drift of the clocks' relation: {:.3} ms\n",
             self.time.as_secs_f64() / 60.0,
             self.stages,
+            self.patterns,
             self.missed.len(),
             self.pictures,
+            self.pictures.saturating_sub(self.patterns * self.stages),
             self.frames,
+            self.losses.by_driver + self.losses.damaged,
+            self.losses.overtaken,
             1000.0 * self.clock_drift.as_secs_f64(),
         )?;
         for missed in &self.missed {
@@ -157,11 +248,21 @@ impl fmt::Display for Endurance {
         }
         writeln!(
             f,
-            "| minute | projector MiB | threads | descriptors | acquirer MiB | threads | descriptors |\n\
-             |--:|--:|--:|--:|--:|--:|--:|"
+            "| minute | stages | pictures | frames | s a stage: mean | longest | projector MiB | threads | descriptors | acquirer MiB | threads \
+             | descriptors | files |\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
         )?;
         for sample in &self.samples {
-            write!(f, "| {:.1} |", sample.at.as_secs_f64() / 60.0)?;
+            let done = sample.done;
+            write!(
+                f,
+                "| {:.1} | {} | {} | {} | {:.2} | {:.2} |",
+                sample.at.as_secs_f64() / 60.0,
+                done.stages,
+                done.pictures,
+                done.frames,
+                done.mean.as_secs_f64(),
+                done.longest.as_secs_f64(),
+            )?;
             for usage in [sample.projector, sample.acquirer] {
                 write!(
                     f,
@@ -171,7 +272,7 @@ impl fmt::Display for Endurance {
                     usage.descriptors
                 )?;
             }
-            writeln!(f)?;
+            writeln!(f, " {} |", sample.files)?;
         }
         Ok(())
     }

@@ -1,15 +1,17 @@
-//! Broken input for everything that reads bytes from outside: valid files, mutated at random over and over.
+//! Broken input for everything that reads bytes from outside. Each target reads its input as the programs do; whatever
+//! comes, it must end, soon, without a panic, and what was read must be read the same from what it is written as.
 //!
-//! Each target reads its input as the programs do; whatever comes, it must end, soon, without a panic. The changes are
-//! those of a usual fuzzer (bits, bytes, runs, numbers at their limits, words of the format, pieces of other inputs),
-//! without its measure of coverage: that wants a compiler of another channel. An input that gets a target further than
-//! the rest, by its own account of what it read, joins the corpus.
+//! Inputs come from [`random`] changes and, guided by coverage, from the crate in `tests/fuzz`.
+
+mod random;
+
+pub use random::{Found, run};
 
 use std::{
-    collections::HashSet,
     fs,
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
+    sync::OnceLock,
     time::{Duration, Instant},
 };
 
@@ -39,6 +41,8 @@ pub enum Target {
     Scan,
     /// `acquirer.toml`, palettes and rooms.
     Configuration,
+    /// `projector.toml` and `pattern.toml`.
+    Projector,
     /// `calibration.json`.
     Calibration,
     /// Shift tables.
@@ -49,10 +53,11 @@ pub enum Target {
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Codec,
         Self::Scan,
         Self::Configuration,
+        Self::Projector,
         Self::Calibration,
         Self::Csv,
         Self::Image,
@@ -65,6 +70,7 @@ impl Target {
             Self::Codec => "codec",
             Self::Scan => "scan",
             Self::Configuration => "configuration",
+            Self::Projector => "projector",
             Self::Calibration => "calibration",
             Self::Csv => "csv",
             Self::Image => "image",
@@ -72,7 +78,8 @@ impl Target {
     }
 
     /// Valid inputs to begin with, from the repository.
-    fn seeds(self) -> Vec<Vec<u8>> {
+    #[must_use]
+    pub fn seeds(self) -> Vec<Vec<u8>> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let page = root.join("shared/src/protocol/PROTOCOL.md");
         let files = match self {
@@ -83,6 +90,10 @@ impl Target {
                 root.join("config/palettes/sixteen.toml"),
                 root.join("config/scenes/cube.toml"),
                 root.join("config/scenes/glossy-mug.toml"),
+            ],
+            Self::Projector => vec![
+                root.join("config/projector.toml"),
+                root.join("config/pattern.toml"),
             ],
             Self::Calibration => vec![root.join("tests/recorded/wall-cube/calibration.json")],
             Self::Csv => vec![root.join("tests/recorded/appendix-c.csv")],
@@ -104,8 +115,12 @@ impl Target {
         seeds
     }
 
-    /// Reads an input as the programs do; gives a number that tells how far it came.
-    fn feed(self, input: &[u8], dir: &Path) -> u64 {
+    /// Reads an input as the programs do, as a file in this folder where they read files; gives a number that tells how
+    /// far it came.
+    ///
+    /// # Panics
+    /// When the programs would, or what was read is written so that it is read otherwise.
+    pub fn feed(self, input: &[u8], dir: &Path) -> u64 {
         match self {
             Self::Codec => codec(input),
             Self::Scan => with_file(dir, "scan.json", input, |_| {
@@ -118,14 +133,21 @@ impl Target {
                 opened << 8 | checked
             }),
             Self::Configuration => with_file(dir, "scene.toml", input, |path| {
-                let config = u64::from(Config::load(Some(path)).is_ok());
+                let config = u64::from(configuration(path));
                 let text = String::from_utf8_lossy(input);
                 let palette = u64::from(Palette::from_toml(&text).is_ok());
                 let scene = u64::from(load_scene(&path.display().to_string()).is_ok());
                 config | palette << 1 | scene << 2
             }),
+            Self::Projector => with_file(dir, "projector.toml", input, |path| {
+                let config = u64::from(projector::config::Config::read(path).is_ok());
+                config | u64::from(projector::config::read_grid(path).is_ok()) << 1
+            }),
             Self::Calibration => RigCalibration::from_json(input).map_or(0, |calibration| {
-                u64::from(calibration.to_json().is_ok()) + 1
+                let written = calibration.to_json().expect("it was read");
+                let read = RigCalibration::from_json(written.as_bytes());
+                assert_eq!(read.expect("it was written"), calibration);
+                1
             }),
             Self::Csv => with_file(dir, "shifts.csv", input, |path| {
                 read_shift_table(path).map_or(0, |rows| 1 + rows.len() as u64)
@@ -137,6 +159,18 @@ impl Target {
             }),
         }
     }
+}
+
+/// Whether it is one; it must be the same when it is read from what it is written as.
+fn configuration(path: &Path) -> bool {
+    let Ok(config) = Config::load(Some(path)) else {
+        return false;
+    };
+    if let Ok(written) = toml::to_string(&config) {
+        let read: Config = toml::from_str(&written).expect("it was written");
+        assert_eq!(format!("{read:?}"), format!("{config:?}"));
+    }
+    true
 }
 
 fn codec(input: &[u8]) -> u64 {
@@ -183,17 +217,6 @@ fn pictures() -> Vec<Vec<u8>> {
     encoded.into()
 }
 
-/// What a run found.
-#[derive(Debug, Default)]
-pub struct Found {
-    /// Inputs that were fed.
-    pub inputs: u64,
-    /// Inputs that got further than others before.
-    pub corpus: Vec<Vec<u8>>,
-    /// Inputs that made the target panic or took too long, with what happened.
-    pub failures: Vec<(Vec<u8>, String)>,
-}
-
 /// Feeds one input; tells what went wrong, or how far it came.
 ///
 /// # Errors
@@ -206,35 +229,6 @@ pub fn feed(target: Target, input: &[u8], dir: &Path) -> Result<u64, String> {
         Ok(_) if begun.elapsed() > MAX_TIME => Err(format!("took {:?}", begun.elapsed())),
         Ok(far) => Ok(far),
     }
-}
-
-/// Feeds mutated inputs for some time.
-///
-/// # Errors
-/// No temporary folder.
-pub fn run(target: Target, time: Duration, seed: u64) -> anyhow::Result<Found> {
-    let dir = tempfile::tempdir()?;
-    let mut random = Random(seed | 1);
-    let mut pool = target.seeds();
-    pool.extend(kept(target, "corpus").into_iter().map(|(_, input)| input));
-    let (mut seen, mut found) = (HashSet::new(), Found::default());
-    for input in &pool {
-        seen.extend(feed(target, input, dir.path()));
-    }
-    let begun = Instant::now();
-    while begun.elapsed() < time {
-        let input = mutated(&pool, &mut random);
-        found.inputs += 1;
-        match feed(target, &input, dir.path()) {
-            Ok(far) if seen.len() < 4096 && seen.insert(far) => {
-                pool.push(input.clone());
-                found.corpus.push(input);
-            }
-            Ok(_) => {}
-            Err(what) => found.failures.push((input, what)),
-        }
-    }
-    Ok(found)
 }
 
 /// Inputs of a target that are kept in the repository, with their files.
@@ -252,78 +246,16 @@ pub fn kept(target: Target, folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
     read.collect()
 }
 
-/// Pieces that mean something in one of the formats, or stand at a limit.
-const WORDS: [&[u8]; 24] = [
-    b"-1",
-    b"0",
-    b"1e308",
-    b"1e400",
-    b"NaN",
-    b"18446744073709551616",
-    b"4294967295",
-    b"9007199254740993",
-    b"60000",
-    b"1000000000",
-    b"null",
-    b"true",
-    b"{}",
-    b"[]",
-    b"\"\"",
-    b"\"#ffffff\"",
-    b"../../etc/passwd",
-    b"\xff\xfe",
-    b"\\ud800",
-    b"\n",
-    b"[[a]]\n",
-    b"=",
-    b",,,",
-    b"\x00\x00\x00\x00",
-];
-
-fn mutated(pool: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
-    let mut input = pool[random.below(pool.len())].clone();
-    for _ in 0..=random.below(6) {
-        let at = random.below(input.len() + 1);
-        let end = (at + 1 + random.below(16)).min(input.len());
-        match random.below(8) {
-            0 if at < input.len() => input[at] ^= 1 << random.below(8),
-            1 if at < input.len() => input[at] = random.below(256) as u8,
-            2 if at < end => drop(input.drain(at..end)),
-            3 => insert(&mut input, at, WORDS[random.below(WORDS.len())]),
-            4 if at < end => {
-                let word = WORDS[random.below(WORDS.len())];
-                input.splice(at..end, word.iter().copied());
-            }
-            5 if at < end => {
-                let run = input[at..end].repeat(1 + random.below(64));
-                insert(&mut input, at, &run);
-            }
-            6 => {
-                let other = &pool[random.below(pool.len())];
-                let from = random.below(other.len() + 1);
-                let to = (from + random.below(256)).min(other.len());
-                insert(&mut input, at, &other[from..to]);
-            }
-            _ => input.truncate(at.max(1)),
-        }
-    }
-    input.truncate(MAX_BYTES);
-    input
-}
-
-fn insert(input: &mut Vec<u8>, at: usize, piece: &[u8]) {
-    input.splice(at..at, piece.iter().copied());
-}
-
-/// xorshift (Marsaglia 2003): the same seed gives the same inputs.
-struct Random(u64);
-
-impl Random {
-    /// 0 to `limit` - 1.
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        ((self.0 >> 11) % limit.max(1) as u64) as usize
-    }
+/// Feeds one input in a temporary folder of this process, for a fuzzer that makes its inputs itself and catches panics.
+///
+/// # Panics
+/// As [`Target::feed`], or when there can be no temporary folder.
+pub fn feed_here(target: Target, input: &[u8]) {
+    static DIR: OnceLock<PathBuf> = OnceLock::new();
+    let dir = DIR.get_or_init(|| {
+        let dir = std::env::temp_dir().join(format!("fuzz-{}", std::process::id()));
+        fs::create_dir_all(&dir).expect("a temporary folder");
+        dir
+    });
+    target.feed(input, dir);
 }

@@ -1,5 +1,6 @@
 //! `fuzzer TARGET|all SECONDS`: feeds broken input to what reads bytes from outside; inputs that break something are
-//! kept in `tests/fuzz/found`, those that got further than others in `tests/fuzz/corpus`.
+//! kept in `tests/fuzz/found`, those that got further than others in `tests/fuzz/corpus`. `fuzzer seeds TARGET FOLDER`
+//! writes the valid inputs that a target begins with.
 
 use std::{
     fs,
@@ -18,6 +19,11 @@ const KEEP_BYTES: usize = 4096;
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().context("which target, or all?")?;
+    if name == "seeds" {
+        let name = arguments.next().context("seeds of which target?")?;
+        let folder = arguments.next().context("into which folder?")?;
+        return write_seeds(&name, Path::new(&folder));
+    }
     let seconds = arguments.next().context("how many seconds?")?.parse()?;
     let seed = SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos() as u64;
     let mut failures = 0;
@@ -48,6 +54,15 @@ fn main() -> anyhow::Result<()> {
     }
     if failures > 0 {
         bail!("{failures} inputs broke something");
+    }
+    Ok(())
+}
+
+fn write_seeds(name: &str, folder: &Path) -> anyhow::Result<()> {
+    let target = Target::ALL.iter().find(|target| target.name() == name);
+    let target = target.with_context(|| format!("no target {name}"))?;
+    for (number, seed) in target.seeds().iter().enumerate() {
+        fs::write(folder.join(format!("seed-{number:02}")), seed)?;
     }
     Ok(())
 }

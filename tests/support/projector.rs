@@ -5,7 +5,7 @@ use std::{
     fs,
     io::{BufRead, BufReader},
     path::Path,
-    process::{Child, Command, Stdio},
+    process::{Child, Command, ExitStatus, Stdio},
 };
 
 use anyhow::Context;
@@ -102,6 +102,14 @@ impl ProjectorProgram {
     #[must_use]
     pub fn process(&self) -> u32 {
         self.child.id()
+    }
+
+    /// Waits for its end.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn ended(&mut self) -> std::io::Result<ExitStatus> {
+        self.child.wait()
     }
 
     /// What it takes of the machine now.

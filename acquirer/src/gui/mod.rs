@@ -24,7 +24,10 @@ mod tests;
 mod window;
 mod worker;
 
-use std::path::PathBuf;
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::PathBuf,
+};
 
 use anyhow::anyhow;
 use eframe::egui;
@@ -64,7 +67,7 @@ const MIN_SIZE: [f32; 2] = [960.0, 600.0];
 /// Opens the window and runs until it is closed.
 ///
 /// # Errors
-/// No display, or no usable graphics driver.
+/// No display, or no usable graphics driver, or the desktop ended meanwhile.
 pub fn run(startup: Startup, cancel: &Cancel) -> anyhow::Result<()> {
     let remembered = startup.remember.as_deref().map(Preferences::load);
     let (preferences, told) = remembered.unwrap_or_default();
@@ -76,16 +79,26 @@ pub fn run(startup: Startup, cancel: &Cancel) -> anyhow::Result<()> {
         ..Default::default()
     };
     let cancel = cancel.clone();
-    eframe::run_native(
-        "acquirer",
-        options,
-        Box::new(move |context| {
-            let remembered = (preferences, told);
-            let window = window::Window::new(startup, remembered, cancel, &context.egui_ctx)?;
-            Ok(Box::new(window))
-        }),
-    )
-    .map_err(|error| {
-        anyhow!("the window can't be opened: {error}; without a display use the commands (acquirer --help)")
-    })
+    let app: eframe::AppCreator<'_> = Box::new(move |context| {
+        let remembered = (preferences, told);
+        let window = window::Window::new(startup, remembered, cancel, &context.egui_ctx)?;
+        Ok(Box::new(window))
+    });
+    // winit and wgpu panic where the desktop does not answer any more
+    match catch_unwind(AssertUnwindSafe(|| {
+        eframe::run_native("acquirer", options, app)
+    })) {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(eframe::Error::Wgpu(error))) => Err(anyhow!(
+            "no graphics driver can draw into the window: install one (on Debian without a GPU: apt-get install \
+             mesa-vulkan-drivers), or use the commands (acquirer --help): {error}"
+        )),
+        Ok(Err(error)) => Err(anyhow!(
+            "the window can't be opened: {error}; without a display use the commands (acquirer --help)"
+        )),
+        Err(_) => Err(anyhow!(
+            "the desktop ended, and the window with it; what was recorded is kept: start the acquirer again and load it, \
+             or use the commands (acquirer --help)"
+        )),
+    }
 }

@@ -10,7 +10,7 @@ use shared::{
     protocol::{Fingerprint, Token},
 };
 
-use super::AccessError;
+use super::{AccessError, CODE_LASTS_S};
 
 const BOOK: &str = "pairings.json";
 
@@ -80,10 +80,14 @@ impl Book {
         pairings.any(|pairing| pairing.token_sha256 == token_sha256)
     }
 
-    /// The token of the code that is open at this time.
+    /// The token of the code that is open at this time. A code that would last longer than any is not: the clock was set
+    /// back since it was made.
     pub(super) fn open_token(&self, now_s: u64) -> Option<Token> {
         let open = self.invitation.as_ref();
-        let open = open.filter(|invitation| now_s < invitation.expires_at_s)?;
+        let open = open.filter(|invitation| {
+            let left_s = invitation.expires_at_s.saturating_sub(now_s);
+            (1..=CODE_LASTS_S).contains(&left_s)
+        })?;
         open.token.parse().ok()
     }
 }
@@ -91,4 +95,26 @@ impl Book {
 /// What is kept of a token. A sum of 128 random bits can't be turned back, and comparing sums tells nothing by its time.
 pub(super) fn sum_of(token: Token) -> String {
     Fingerprint(Sha256::digest(token.0).into()).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Book, Invitation};
+    use crate::access::CODE_LASTS_S;
+
+    #[test]
+    fn a_code_is_open_for_its_minutes_and_not_for_longer_when_the_clock_is_set_back() {
+        let made_at_s = 1_000_000;
+        let book = Book {
+            invitation: Some(Invitation {
+                token: "0123456789abcdef0123456789abcdef".to_owned(),
+                expires_at_s: made_at_s + CODE_LASTS_S,
+            }),
+            ..Book::default()
+        };
+        let is_open = |now_s| book.open_token(now_s).is_some();
+        assert!(is_open(made_at_s) && is_open(made_at_s + CODE_LASTS_S - 1));
+        assert!(!is_open(made_at_s + CODE_LASTS_S));
+        assert!(!is_open(made_at_s - 1) && !is_open(made_at_s - 3600));
+    }
 }

@@ -21,6 +21,7 @@ use tokio::{
 };
 use tokio_rustls::TlsAcceptor;
 
+use super::places::{Place, Stranger};
 use crate::{access::Access, clock::Clock, state::ConnectionId};
 
 /// Longest time a client may take to say hello.
@@ -97,17 +98,30 @@ pub(super) struct Service {
     pub(super) clock: Clock,
 }
 
-/// Serves one connection until it ends.
-pub(super) async fn run(id: ConnectionId, stream: TcpStream, service: Service) {
+/// Serves one connection until it ends, or until there is no room for a stranger any more.
+pub(super) async fn run(id: ConnectionId, stream: TcpStream, stranger: Stranger, service: Service) {
+    let stranger = Arc::new(stranger);
     let Some(access) = &service.access else {
-        return talk(id, stream, service).await;
+        return talk(id, stream, stranger, service).await;
     };
     let acceptor = TlsAcceptor::from(access.tls());
-    match tokio::time::timeout(HELLO_TIMEOUT, protect(stream, acceptor)).await {
-        Ok(Ok(protected)) => talk(id, protected, service).await,
+    let protecting = tokio::time::timeout(HELLO_TIMEOUT, protect(stream, acceptor));
+    let protected = tokio::select! {
+        protected = protecting => protected,
+        () = stranger.sent_away() => return log_sent_away(id),
+    };
+    match protected {
+        Ok(Ok(protected)) => talk(id, protected, stranger, service).await,
         Ok(Err(error)) => tracing::info!("connection {} refused: {error}", id.0),
         Err(_) => tracing::info!("connection {} refused: no TLS handshake in time", id.0),
     }
+}
+
+fn log_sent_away(id: ConnectionId) {
+    tracing::info!(
+        "connection {} ended before its hello: too many wait to be let in",
+        id.0
+    );
 }
 
 /// The TLS handshake. A client that does not speak TLS is told so in words it understands.
@@ -131,7 +145,12 @@ async fn protect(
     acceptor.accept(stream).await
 }
 
-async fn talk<S: AsyncRead + AsyncWrite>(id: ConnectionId, stream: S, service: Service) {
+async fn talk<S: AsyncRead + AsyncWrite>(
+    id: ConnectionId,
+    stream: S,
+    stranger: Arc<Stranger>,
+    service: Service,
+) {
     let (read_half, write_half) = tokio::io::split(stream);
     let Service {
         queue_messages,
@@ -155,6 +174,8 @@ async fn talk<S: AsyncRead + AsyncWrite>(id: ConnectionId, stream: S, service: S
         said_hello: false,
         access: access.clone(),
         pairing: pairing.clone(),
+        stranger: stranger.clone(),
+        place: None,
     };
     let writing = write_all(write_half, queue_in);
     tokio::pin!(writing);
@@ -165,6 +186,7 @@ async fn talk<S: AsyncRead + AsyncWrite>(id: ConnectionId, stream: S, service: S
             tracing::warn!("connection {} cut: the client does not read its messages", id.0);
             None
         }
+        () = stranger.sent_away() => { log_sent_away(id); None }
         () = revoked(access.as_deref(), &pairing) => {
             told.send(&refusal(None, ErrorCode::Token, "the pairing was revoked at the projector"));
             Some(Ok(()))
@@ -231,6 +253,9 @@ struct Reader {
     access: Option<Arc<Access>>,
     /// What the client was let in by.
     pairing: Arc<OnceLock<String>>,
+    stranger: Arc<Stranger>,
+    /// Held from the hello on.
+    place: Option<Place>,
 }
 
 impl Reader {
@@ -273,6 +298,16 @@ impl Reader {
                 true
             }
             Ok(ClientMessage::Hello(hello)) => {
+                // before the token is looked at: a pairing code is not used up where there is no place
+                self.place = self.stranger.let_in();
+                if self.place.is_none() {
+                    let why = format!(
+                        "{} connections are open already, the most that is allowed: close one",
+                        self.stranger.most()
+                    );
+                    self.refuse(None, ErrorCode::Full, &why);
+                    return false;
+                }
                 if !self.admit(&hello) {
                     return false;
                 }

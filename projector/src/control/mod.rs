@@ -1,6 +1,6 @@
 //! The network side: takes commands over TCP and tells everybody what is shown.
 //!
-//! `server` accepts connections, `connection` turns one connection's bytes into events and back, and
+//! `server` accepts connections, `places` says which may stay, `connection` turns one connection's bytes into events and back, and
 //! `hub` does the events one by one: it owns the [`State`](crate::state::State) and is the only one to
 //! change it. All of it runs in one thread of its own; every queue is bounded, and a client that does not
 //! read is disconnected rather than waited for.
@@ -8,6 +8,8 @@
 mod server;
 
 mod connection;
+
+mod places;
 
 mod hub;
 
@@ -69,7 +71,7 @@ pub enum OnControllerLost {
 /// How commands are taken.
 #[derive(Debug, Clone)]
 pub struct ControlSettings {
-    /// Most connections at a time.
+    /// Most clients at a time.
     pub max_connections: usize,
     /// Messages that may wait for one client before it is disconnected.
     pub queue_messages: usize,

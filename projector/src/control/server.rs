@@ -1,19 +1,18 @@
-//! Accepts connections, as many as allowed, once the first picture is on the screen.
+//! Accepts connections once the first picture is on the screen.
 
 use std::net::SocketAddr;
 
-use shared::protocol::{ErrorCode, ServerMessage, encode};
 use socket2::{SockRef, TcpKeepalive};
 use tokio::{
-    io::AsyncWriteExt,
     net::{TcpListener, TcpStream},
-    sync::{Semaphore, mpsc, oneshot},
+    sync::{mpsc, oneshot},
 };
 
 use super::{
     ControlSettings, EVENT_QUEUE, Listening,
     connection::{self, Event, Service},
     hub::{Hub, ScreenSide},
+    places::Places,
 };
 use crate::{access::Access, clock::Clock, state::ConnectionId};
 
@@ -45,7 +44,7 @@ pub(super) async fn serve(
             return;
         }
     };
-    let most = settings.max_connections;
+    let places = Places::new(settings.max_connections);
     let (events, events_in) = mpsc::channel(EVENT_QUEUE);
     let service = Service {
         queue_messages: settings.queue_messages,
@@ -58,7 +57,7 @@ pub(super) async fn serve(
     let accepting = async move {
         if first_shown.await.is_ok() {
             ready(address);
-            accept_all(&listener, most, &service).await;
+            accept_all(&listener, &places, &service).await;
         }
     };
     tokio::select! {
@@ -91,8 +90,7 @@ async fn watch_codes(access: Option<&Access>, events: &mpsc::Sender<Event>) {
     }
 }
 
-async fn accept_all(listener: &TcpListener, most: usize, service: &Service) {
-    let places = std::sync::Arc::new(Semaphore::new(most));
+async fn accept_all(listener: &TcpListener, places: &Places, service: &Service) {
     for number in 1.. {
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
@@ -102,21 +100,18 @@ async fn accept_all(listener: &TcpListener, most: usize, service: &Service) {
                 continue;
             }
         };
-        let Ok(place) = places.clone().try_acquire_owned() else {
-            tracing::warn!("{peer} refused: {most} connections are open");
-            refuse(stream, most);
-            continue;
-        };
         if let Err(error) = prepare(&stream) {
             tracing::debug!(
                 "{peer}: small messages and a cut network may be noticed late: {error}"
             );
         }
-        let service = service.clone();
-        tokio::spawn(async move {
-            connection::run(ConnectionId(number), stream, service).await;
-            drop(place);
-        });
+        let stranger = places.wait(number, peer.ip());
+        tokio::spawn(connection::run(
+            ConnectionId(number),
+            stream,
+            stranger,
+            service.clone(),
+        ));
     }
 }
 
@@ -133,26 +128,4 @@ fn prepare(stream: &TcpStream) -> std::io::Result<()> {
     #[cfg(target_os = "linux")]
     socket.set_tcp_user_timeout(Some(SILENCE + ASK_EVERY * ASK_TIMES))?;
     Ok(())
-}
-
-/// Tells a client that there is no place, without waiting for it: a fresh connection takes one short line
-/// at once, and one that does not is not told.
-fn refuse(mut stream: TcpStream, most: usize) {
-    let message = ServerMessage::Error {
-        id: None,
-        code: ErrorCode::Full,
-        message: format!(
-            "{most} connections are open already, the most that is allowed: close one"
-        ),
-    };
-    tokio::spawn(async move {
-        let line = encode(&message);
-        let told = async {
-            stream.write_all(line.as_bytes()).await?;
-            stream.shutdown().await
-        };
-        if let Ok(Err(error)) = tokio::time::timeout(ACCEPT_PAUSE, told).await {
-            tracing::debug!("refusal not told: {error}");
-        }
-    });
 }

@@ -25,11 +25,20 @@ pub enum ScreenError {
         /// The names there are.
         known: String,
     },
+    /// The window system went away, which its library takes for a defect.
+    #[error(
+        "the desktop ended: the window is gone, and with it the picture. Start the projector again from a graphical \
+         session, or without a window: --headless 1024x768"
+    )]
+    DesktopEnded,
     /// The window system refused the window.
     #[error("the window cannot be opened")]
     Window(#[from] OsError),
     /// The graphics driver refused the window.
-    #[error("the window cannot be drawn into")]
+    #[error(
+        "no graphics driver can draw into the window: install one \
+         (on Debian without a GPU: apt-get install mesa-vulkan-drivers)"
+    )]
     Surface(#[from] wgpu::CreateSurfaceError),
     /// No graphics driver fits.
     #[error(

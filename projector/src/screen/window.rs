@@ -6,6 +6,7 @@
 
 use std::{
     net::SocketAddr,
+    panic::{AssertUnwindSafe, catch_unwind},
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -79,7 +80,7 @@ pub enum WhenOperator {
 /// Opens the window and runs until the orders, the Escape key or its close button end it.
 ///
 /// # Errors
-/// There is no desktop, no such monitor, or no graphics driver.
+/// There is no desktop, no such monitor, or no graphics driver, or the desktop ended meanwhile.
 pub fn run(
     settings: WindowSettings,
     orders: Arc<Orders>,
@@ -93,7 +94,9 @@ pub fn run(
     let for_warnings = proxy.clone();
     warnings.set_wake(move || wake(&for_warnings));
     let mut screen = WindowScreen::new(settings, orders, reporter, (proxy, warnings));
-    event_loop.run_app(&mut screen)?;
+    // winit and wgpu panic where the desktop does not answer any more
+    let ran = catch_unwind(AssertUnwindSafe(|| event_loop.run_app(&mut screen)));
+    ran.map_err(|_| ScreenError::DesktopEnded)??;
     screen.failure.map_or(Ok(()), Err)
 }
 

@@ -1,0 +1,8 @@
+//! Lines of the protocol and pairing codes.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rig_tests::fuzz::{Target, feed_here};
+
+fuzz_target!(|input: &[u8]| feed_here(Target::Codec, input));

@@ -173,11 +173,6 @@ impl Window<'_> {
         Some([place("x")?, place("y")?])
     }
 
-    /// Whether a widget of this label can be used.
-    pub(crate) fn can(&self, label: &str) -> bool {
-        self.find(label).is_some()
-    }
-
     /// How many labels hold these words.
     pub(crate) fn count(&self, words: &str) -> usize {
         let widgets = self.widgets();

@@ -38,6 +38,7 @@ fn a_session_by_mouse_alone_ends_in_a_saved_scan() {
     let wall = Wall::of(&desk);
     let before = wall.grid();
 
+    controls(&acquirer);
     operator.click("White", |_| wall.view() == View::White);
     operator.click("PRMVS", |_| wall.view() == View::Coded);
     live(&acquirer);
@@ -73,6 +74,14 @@ impl Wall {
     fn view(&self) -> View {
         self.0.state().unwrap().view
     }
+}
+
+/// Locks the camera's automatics.
+fn controls(window: &Window<'_>) {
+    window.click("Source settings", |w| w.says("exposure time absolute"));
+    window.click("Lock all", |w| w.says("locked: "));
+    window.picture("settings");
+    window.click("Source settings", |w| !w.says("Lock all"));
 }
 
 /// Reads the grid in every frame, and stops that again.

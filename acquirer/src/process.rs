@@ -28,6 +28,7 @@ use crate::{
         surface::{Placed, Surface, SurfacePoint, difference::find_differences, read_surface},
     },
     scan::{FinerGrid, ScanError, ScanFolder, Shows, measure_scan_response},
+    session::{Cancel, Progress, Report},
 };
 
 /// Why a scan can't be processed.
@@ -68,7 +69,13 @@ pub enum ProcessError {
         "{0}: the scan has no capture of the coded grid (shows = \"prmvs\"), nothing can be read"
     )]
     Empty(String),
+    /// The operator stopped it.
+    #[error("the reading was stopped by the operator; no results were written")]
+    Cancelled,
 }
+
+/// Steps of a reading; a scan without an object has fewer.
+const STEPS: usize = 8;
 
 /// Time spent on one step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -96,11 +103,26 @@ pub struct Processed {
 /// What is wrong with the folder, its pictures, its calibration, or the place for the results. A picture in which
 /// nothing can be read is no error: its crossings are dropped with their reasons.
 pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, ProcessError> {
+    process_scan_until(folder, config, &Cancel::default(), &mut |_| ())
+}
+
+/// As [`process_scan`], told step by step, and stopped between two steps before anything is written.
+///
+/// # Errors
+/// As [`process_scan`], and [`ProcessError::Cancelled`].
+pub fn process_scan_until(
+    folder: &ScanFolder,
+    config: &Config,
+    cancel: &Cancel,
+    report: Report,
+) -> Result<Processed, ProcessError> {
     let mut captures = folder.manifest().captures.iter();
     if !captures.any(|capture| capture.shows == Shows::Prmvs) {
         return Err(ProcessError::Empty(folder.dir().display().to_string()));
     }
-    let mut clock = Clock::start();
+    let what = format!("reading {}", folder.dir().display());
+    let mut clock = Clock::start(what, cancel, report);
+    clock.tell()?;
     let calibration = folder
         .calibration_path()
         .map(|path| read_calibration(&path));
@@ -108,7 +130,7 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
     let selection = folder.selection()?;
     let mut settings = config.pipeline;
     let response = measure_response(folder, &mut settings.response)?;
-    clock.lap("measure response");
+    clock.lap("measure response")?;
     let reader = StageReader {
         folder,
         projected: folder.projected(),
@@ -119,11 +141,11 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
     let after = reader.read(Stage::Object, &mut clock)?;
     let (mut result, pictures) = compare([before, after], &reader, config.shift.depth_per_px);
     result.response = response;
-    clock.lap("compare");
+    clock.lap("compare")?;
     result.finer = read_finer_grids(&reader, &result)?;
-    clock.lap("read finer grids");
+    clock.lap("read finer grids")?;
     let paths = write_results(folder, &pictures, &result, selection.as_ref())?;
-    clock.lap("write results");
+    clock.end("write results");
     Ok(Processed {
         result,
         paths,
@@ -131,25 +153,48 @@ pub fn process_scan(folder: &ScanFolder, config: &Config) -> Result<Processed, P
     })
 }
 
-/// Times one step after another.
-struct Clock {
+/// Times one step after another, tells them, and stops between them.
+struct Clock<'a> {
+    what: String,
+    cancel: &'a Cancel,
+    report: Report<'a>,
     begun: Instant,
     times: Vec<StepTime>,
 }
 
-impl Clock {
-    fn start() -> Self {
+impl<'a> Clock<'a> {
+    fn start(what: String, cancel: &'a Cancel, report: Report<'a>) -> Self {
         Self {
+            what,
+            cancel,
+            report,
             begun: Instant::now(),
             times: Vec::new(),
         }
     }
 
-    /// Ends a step.
-    fn lap(&mut self, step: &'static str) {
+    /// Ends a step, and all of them if the operator wants that.
+    fn lap(&mut self, step: &'static str) -> Result<(), ProcessError> {
+        self.end(step);
+        self.tell()
+    }
+
+    fn end(&mut self, step: &'static str) {
         let ms = 1000.0 * self.begun.elapsed().as_secs_f64();
         self.times.push(StepTime { step, ms });
         self.begun = Instant::now();
+    }
+
+    fn tell(&mut self) -> Result<(), ProcessError> {
+        (self.report)(Progress {
+            what: self.what.clone(),
+            done: self.times.len().min(STEPS),
+            of: STEPS,
+        });
+        match self.cancel.is_cancelled() {
+            true => Err(ProcessError::Cancelled),
+            false => Ok(()),
+        }
     }
 }
 
@@ -189,18 +234,18 @@ pub(crate) struct StageReader<'a> {
 }
 
 impl StageReader<'_> {
-    fn read(&self, stage: Stage, clock: &mut Clock) -> Result<StageProducts, ProcessError> {
+    fn read(&self, stage: Stage, clock: &mut Clock<'_>) -> Result<StageProducts, ProcessError> {
         let [loading, reading] = match stage {
             Stage::Background => ["load background", "read background"],
             Stage::Object => ["load object", "read object"],
         };
         let mut captures = self.folder.captures(stage)?;
-        clock.lap(loading);
+        clock.lap(loading)?;
         if captures.prmvs.is_empty() {
             return Ok(StageProducts::default());
         }
         let products = self.products(stage, &mut captures, None)?;
-        clock.lap(reading);
+        clock.lap(reading)?;
         Ok(products)
     }
 

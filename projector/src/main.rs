@@ -7,8 +7,8 @@ use projector::cli::{self, Cli};
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    cli::log_to_stderr();
-    match cli::run(cli) {
+    let warnings = cli::start_log();
+    match cli::run(cli, warnings) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("projector: {error:#}");

@@ -329,3 +329,16 @@ fn it_looks_as_it_did_in_dark_and_in_light() {
 fn tolerant() -> SnapshotOptions {
     SnapshotOptions::new().threshold(1.0).max_failed_pixels(600)
 }
+
+#[test]
+fn warnings_of_the_log_are_shown_until_they_are_dismissed() {
+    let mut window = window(Desk::new());
+    let told = "a connection was not accepted: too many open files";
+    let panels = &mut window.state_mut().panels;
+    panels.warn(vec![told.into(), "another".into(), told.into()]);
+    window.run();
+    let shown = window.get_by_label("A connection was not accepted: too many open files");
+    assert!(shown.rect().is_positive());
+    button(&mut window, "Dismiss");
+    assert!(window.query_by_label("Warnings").is_none());
+}

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use look::log::Warnings;
 use shared::{
     pattern::Palette,
     simulation::{Room, Scene},
@@ -26,7 +27,7 @@ use crate::{
     session::Cancel,
 };
 
-pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
+pub(super) fn run(args: &DemoArgs, cancel: &Cancel, log: &Warnings) -> anyhow::Result<()> {
     let mut config = args.reading.config(&args.config)?;
     args.record.apply(&mut config.record);
     let scene = load_scene(&args.scene)?;
@@ -60,6 +61,7 @@ pub(super) fn run(args: &DemoArgs, cancel: &Cancel) -> anyhow::Result<()> {
             calibration: Some(calibration),
             run_all: true,
             remember: None,
+            log: log.clone(),
         };
         return gui::run(startup, cancel);
     }

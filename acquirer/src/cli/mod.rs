@@ -19,10 +19,13 @@ mod rig;
 mod scan;
 mod window;
 
-use std::process::ExitCode;
+use std::{io::IsTerminal, process::ExitCode};
 
 use clap::Parser;
-use tracing_subscriber::EnvFilter;
+use look::log::Warnings;
+use tracing_subscriber::{
+    EnvFilter, Layer, filter::LevelFilter, layer::SubscriberExt, util::SubscriberInitExt,
+};
 
 use crate::session::Cancel;
 pub use args::RigArgs;
@@ -35,13 +38,14 @@ pub use rig::open_rig;
 #[must_use]
 pub fn main() -> ExitCode {
     let args = Args::parse();
-    init_log();
+    let warnings = Warnings::default();
+    init_log(&warnings);
     let cancel = Cancel::default();
     let on_signal = cancel.clone();
     if let Err(error) = ctrlc::set_handler(move || on_signal.quit()) {
         tracing::warn!("Ctrl-C will end the program at once: {error}");
     }
-    match run(args, &cancel) {
+    match run(args, &cancel, &warnings) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("acquirer: {error:#}");
@@ -50,9 +54,9 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
+fn run(args: Args, cancel: &Cancel, warnings: &Warnings) -> anyhow::Result<()> {
     match args.command {
-        None => window::run(args.window, cancel),
+        None => window::run(args.window, cancel, warnings),
         Some(Command::Cameras(args)) => list_cameras(&args),
         Some(Command::Pair(args)) => pair::run(&args, cancel),
         Some(Command::Colours(args)) => colours::run(&args, cancel),
@@ -61,7 +65,7 @@ fn run(args: Args, cancel: &Cancel) -> anyhow::Result<()> {
         Some(Command::Live(args)) => live::run(&args, cancel),
         Some(Command::Process(args)) => process::run(&args),
         Some(Command::Check(args)) => check::run(&args),
-        Some(Command::Demo(args)) => demo::run(&args, cancel),
+        Some(Command::Demo(args)) => demo::run(&args, cancel, warnings),
         Some(Command::Draw(args)) => draw::run(&args),
     }
 }
@@ -76,11 +80,15 @@ fn list_cameras(args: &CamerasArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn init_log() {
+/// The log goes to standard error; its warnings are kept for a window as well.
+fn init_log(warnings: &Warnings) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
-        .without_time()
+        .with_ansi(std::io::stderr().is_terminal())
+        .without_time();
+    tracing_subscriber::registry()
+        .with(lines.with_filter(filter))
+        .with(warnings.clone().with_filter(LevelFilter::WARN))
         .init();
 }

@@ -1,12 +1,14 @@
 //! `acquirer` without a command: the window.
 
+use look::log::Warnings;
+
 use super::args::WindowArgs;
 use crate::{
     gui::{self, Startup},
     session::Cancel,
 };
 
-pub(super) fn run(args: WindowArgs, cancel: &Cancel) -> anyhow::Result<()> {
+pub(super) fn run(args: WindowArgs, cancel: &Cancel, log: &Warnings) -> anyhow::Result<()> {
     let startup = Startup {
         config: args.rig.config.load()?,
         calibration: args.calibration.load()?,
@@ -14,6 +16,7 @@ pub(super) fn run(args: WindowArgs, cancel: &Cancel) -> anyhow::Result<()> {
         out: args.out,
         run_all: false,
         remember: gui::usual_settings_file(),
+        log: log.clone(),
     };
     gui::run(startup, cancel)
 }

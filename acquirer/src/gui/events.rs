@@ -9,8 +9,9 @@ use super::{
     sources::{Source, Sources},
 };
 use crate::{
+    camera::ControlInfo,
     pipeline::colour_choice::ColourSelection,
-    session::{Latency, Progress},
+    session::{Latency, LiveMode, Progress},
 };
 
 /// What the operator asks of the rig.
@@ -18,8 +19,8 @@ use crate::{
 pub(super) enum Job {
     /// Use another camera, or the same with other settings.
     Open(Source),
-    /// Read every frame while nothing else is done, or stop that.
-    ReadLive(bool),
+    /// Read every frame in this way while nothing else is done, or stop that.
+    ReadLive(Option<LiveMode>),
     /// Try all colours on the scene; with `apply` the best go to the projector.
     PickColours {
         /// Whether they are applied at once.
@@ -35,6 +36,12 @@ pub(super) enum Job {
     NewScan,
     /// Say on the wall which projector this is.
     Identify,
+    /// Set a control of the camera, by its number.
+    SetControl(u32, i64),
+    /// Make all automatics of the camera stand still.
+    LockAutomatics,
+    /// Set the exposure so that the white-lit scene does not clip.
+    SetExposure,
 }
 
 /// What the operator asks of files.
@@ -92,6 +99,8 @@ pub(super) enum Event {
     ColoursSoFar(Box<ColourSelection>),
     /// The colours were chosen, and whether they were applied.
     Colours(Box<ColourSelection>, bool),
+    /// The camera's controls, or why it does not tell them.
+    Controls(Result<Vec<ControlInfo>, String>),
     /// Reading every frame has ended, by an error or because it was cancelled.
     ReadingStopped,
     /// A stage was recorded into this folder.
@@ -108,6 +117,8 @@ pub(super) enum Event {
     Read(Box<OpenScan>, Place),
     /// Something for the list of messages.
     Note(String),
+    /// Something goes on, but not as it should.
+    Warning(String),
     /// Something failed, and why.
     Failed(String),
     /// A thread has nothing more to do.

@@ -17,6 +17,7 @@ use crate::{
         grid::{DecodedGrid, DropReason},
         plane::Plane,
     },
+    session::CarriedLabel,
 };
 
 /// Lines may be drawn this far beside their points, in camera pixels.
@@ -41,6 +42,8 @@ pub(super) struct Wishes {
     pub(super) histogram: bool,
     /// What lies over the picture.
     pub(super) overlays: Overlays,
+    /// The camera's controls are in sight, and are to be told when they change.
+    pub(super) controls: bool,
 }
 
 /// A picture of the live view.
@@ -115,6 +118,26 @@ impl Overlay {
             lines: lines.collect(),
             labels: labels.collect(),
             holes: holes.collect(),
+        }
+    }
+}
+
+impl Overlay {
+    /// What a frame of the unary grid looks like: lines without a colour, and the labels that were carried on to it.
+    pub(super) fn carried(grid: &DecodedGrid, labels: &[CarriedLabel], pattern: &Grid) -> Self {
+        let labels = labels.iter().map(|(index, centre)| {
+            let at = [centre.x as f32, centre.y as f32];
+            (at, [index.row, index.column])
+        });
+        let mut seen = Self::of(grid, pattern);
+        // a colour that is read in one-coloured lines means nothing
+        for (_, colour) in &mut seen.lines {
+            *colour = UNREAD;
+        }
+        Self {
+            labels: labels.collect(),
+            holes: Vec::new(),
+            ..seen
         }
     }
 }

@@ -16,6 +16,7 @@ mod open_scan;
 mod panels;
 mod pictures;
 mod preferences;
+mod repaints;
 mod sources;
 mod style;
 #[cfg(test)]
@@ -30,6 +31,7 @@ use std::{
 
 use anyhow::anyhow;
 use eframe::egui;
+use look::log::Warnings;
 use shared::geometry::RigCalibration;
 
 use crate::{cli::RigArgs, config::Config, session::Cancel};
@@ -49,6 +51,8 @@ pub struct Startup {
     pub run_all: bool,
     /// The file that the window's settings are kept in; without one nothing is remembered.
     pub remember: Option<PathBuf>,
+    /// What the log warns of: the window tells it.
+    pub log: Warnings,
 }
 
 /// Where the window's settings are kept, if there is a home for them.

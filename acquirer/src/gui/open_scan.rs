@@ -10,7 +10,10 @@ use eframe::egui::ColorImage;
 use image::RgbImage;
 use shared::{pattern::GridSettings, stage::Stage};
 
-use super::live_picture::{Overlay, screen_image};
+use super::{
+    live_picture::{Overlay, screen_image},
+    pictures::ScaledPicture,
+};
 use crate::{
     config::Config,
     output::{
@@ -21,15 +24,16 @@ use crate::{
         grid::{DecodedGrid, DropReason},
         read_stage,
     },
-    process::{ProcessError, StepTime, process_scan, read_calibration},
+    process::{ProcessError, StepTime, process_scan_until, read_calibration},
     scan::{ScanError, ScanFolder, Shows, read_picture},
+    session::{Cancel, Progress, Report},
 };
 
 /// A byte from here on counts as clipped.
 const CLIPPED_FROM: u8 = 250;
 
 /// A picture with what is seen on it.
-pub(super) type Captioned = (String, Arc<ColorImage>);
+pub(super) type Captioned = (String, ScaledPicture);
 
 /// How good a recorded stage is.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,18 +79,30 @@ pub(super) struct StageView {
 }
 
 impl StageView {
-    /// Reads one stage of a recorded scan.
+    /// Reads one stage of a recorded scan; it can be stopped before and after the reading itself.
     pub(super) fn read(
-        dir: &Path,
-        stage: Stage,
+        (dir, stage): (&Path, Stage),
         settings: &PipelineSettings,
+        cancel: &Cancel,
+        report: Report,
     ) -> Result<Self, ProcessError> {
+        let mut step = |done| {
+            report(Progress {
+                what: format!("reading the {stage}"),
+                done,
+                of: 3,
+            });
+            let stopped = cancel.is_cancelled();
+            (!stopped).then_some(()).ok_or(ProcessError::Cancelled)
+        };
+        step(0)?;
         let folder = ScanFolder::open(dir)?;
         let calibration = folder.calibration_path();
         let calibration = calibration
             .map(|path| read_calibration(&path))
             .transpose()?;
         let captures = folder.captures(stage)?;
+        step(1)?;
         let settings = PipelineSettings {
             pictures: true,
             ..*settings
@@ -98,13 +114,14 @@ impl StageView {
             &settings,
         );
         let reading = reading.map_err(|source| ProcessError::Pipeline { stage, source })?;
+        step(2)?;
         Ok(Self::of(&folder, stage, reading, &captures))
     }
 
     fn of(folder: &ScanFolder, stage: Stage, reading: StageReading, captures: &Captures) -> Self {
         let pattern = folder.manifest().pattern.clone();
         let pictures = reading.pictures.iter();
-        let products = pictures.map(|p| (caption(p.name), screen_image(&p.picture)));
+        let products = pictures.map(|p| (caption(p.name), scaled(&p.picture)));
         let captured = captures.prmvs.first().map(captured);
         Self {
             stage,
@@ -119,7 +136,11 @@ impl StageView {
 
 fn captured(picture: &RgbImage) -> Captioned {
     let caption = "The camera's picture of the coded grid.".to_owned();
-    (caption, screen_image(picture))
+    (caption, scaled(picture))
+}
+
+fn scaled(picture: &RgbImage) -> ScaledPicture {
+    ScaledPicture::of(screen_image(picture))
 }
 
 fn quality(grid: &DecodedGrid, pattern: &GridSettings, coded: Option<&RgbImage>) -> Quality {
@@ -168,9 +189,14 @@ pub(super) struct OpenScan {
 
 impl OpenScan {
     /// Reads a scan, writes its results, and keeps what the window shows.
-    pub(super) fn read(dir: &Path, config: &Config) -> Result<Self, ProcessError> {
+    pub(super) fn read(
+        dir: &Path,
+        config: &Config,
+        cancel: &Cancel,
+        report: Report,
+    ) -> Result<Self, ProcessError> {
         let folder = ScanFolder::open(dir)?;
-        let processed = process_scan(&folder, config)?;
+        let processed = process_scan_until(&folder, config, cancel, report)?;
         let result = &processed.result;
         let summary = Summary::of(&folder, result);
         let shifts: Vec<ShiftRow> = result.shifts.iter().map(ShiftRow::from).collect();
@@ -273,7 +299,7 @@ fn products(stage: Stage, pictures: &Path) -> Result<Vec<Captioned>, ScanError> 
     named.sort();
     let products = named.into_iter().map(|(stem, path)| {
         let name = stem.trim_start_matches(|c: char| c.is_ascii_digit() || c == '-');
-        Ok((caption(name), screen_image(&read_picture(&path)?)))
+        Ok((caption(name), scaled(&read_picture(&path)?)))
     });
     products.collect()
 }

@@ -8,10 +8,40 @@ use std::{
 
 use eframe::egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
 
+/// A picture is halved until it is no wider than this, in pixels.
+const SMALLEST: usize = 240;
+
+/// A picture in its own size and in smaller ones, each half as wide and high as the one before. They are made by the
+/// thread that reads the picture, so that the window's own only hands one of them over.
+#[derive(Debug, Clone)]
+pub(super) struct ScaledPicture(Vec<Arc<ColorImage>>);
+
+impl ScaledPicture {
+    /// Makes the smaller ones.
+    pub(super) fn of(image: Arc<ColorImage>) -> Self {
+        let mut sizes = vec![image];
+        while let Some(last) = sizes.last().filter(|last| last.width() > SMALLEST) {
+            let half = Arc::new(halved(last));
+            sizes.push(half);
+        }
+        Self(sizes)
+    }
+
+    /// The picture in its own size.
+    pub(super) fn whole(&self) -> &Arc<ColorImage> {
+        &self.0[0]
+    }
+
+    /// The one to be shown at `scale` screen pixels for each pixel of the whole: no pixel of it is left out, so that
+    /// thin lines stay lines.
+    pub(super) fn at(&self, scale: f32) -> &Arc<ColorImage> {
+        let halvings = (1.0 / scale.clamp(0.01, 1.0)).log2().round() as usize;
+        &self.0[halvings.min(self.0.len() - 1)]
+    }
+}
+
 struct Held {
     image: Weak<ColorImage>,
-    /// How often it was halved.
-    halvings: u32,
     texture: TextureHandle,
     used: bool,
 }
@@ -34,32 +64,16 @@ impl Pictures {
         name: &str,
         image: &Arc<ColorImage>,
     ) -> TextureHandle {
-        self.reduced(context, name, image, 1.0)
-    }
-
-    /// The same of a picture that is shown at `scale` screen pixels for each of its own: it is halved until no pixel
-    /// would be left out, so that thin lines stay lines.
-    pub(super) fn reduced(
-        &mut self,
-        context: &Context,
-        name: &str,
-        image: &Arc<ColorImage>,
-        scale: f32,
-    ) -> TextureHandle {
-        let halvings = (1.0 / scale.clamp(0.01, 1.0)).log2().round() as u32;
-        let small = || (0..halvings).fold(image.clone(), |image, _| Arc::new(halved(&image)));
         let options = TextureOptions::LINEAR;
         let held = self.0.entry(name.to_owned()).or_insert_with(|| Held {
             image: Arc::downgrade(image),
-            halvings,
-            texture: context.load_texture(name, small(), options),
+            texture: context.load_texture(name, image.clone(), options),
             used: true,
         });
         held.used = true;
-        if held.image.as_ptr() != Arc::as_ptr(image) || held.halvings != halvings {
+        if held.image.as_ptr() != Arc::as_ptr(image) {
             held.image = Arc::downgrade(image);
-            held.halvings = halvings;
-            held.texture.set(small(), options);
+            held.texture.set(image.clone(), options);
         }
         held.texture.clone()
     }
@@ -87,4 +101,24 @@ fn halved(image: &ColorImage) -> ColorImage {
     };
     let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| brightest(x, y)));
     ColorImage::new(size, pixels.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thin_lines_are_still_there_in_the_small_picture() {
+        let mut image = ColorImage::filled([1000, 500], Color32::BLACK);
+        for y in 0..500 {
+            image.pixels[y * 1000 + 501] = Color32::RED;
+        }
+        let picture = ScaledPicture::of(Arc::new(image));
+        assert_eq!(picture.at(1.0).size, picture.whole().size);
+        let small = picture.at(0.25);
+        assert_eq!(small.size, [250, 125]);
+        let red = |y: usize| (0..250).any(|x| small.pixels[y * 250 + x] == Color32::RED);
+        assert!((0..125).all(red));
+        assert!(picture.at(0.0).width() >= SMALLEST / 2);
+    }
 }

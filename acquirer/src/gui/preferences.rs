@@ -8,7 +8,7 @@ use std::{
 use eframe::egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
-use crate::{camera::CameraSettings, scan::write_whole};
+use crate::{camera::CameraSettings, scan::write_whole, session::LiveMode};
 
 /// Light or dark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -73,6 +73,8 @@ pub(super) struct Preferences {
     pub(super) window: [f32; 2],
     /// Read every frame while nothing else is done.
     pub(super) read_live: bool,
+    /// How frames are read live.
+    pub(super) live_mode: LiveMode,
     /// Show the picture after processing instead of the camera's.
     pub(super) after: bool,
     /// Processing takes the background away.
@@ -96,6 +98,7 @@ impl Default for Preferences {
             zoom: 1.0,
             window: [1280.0, 720.0],
             read_live: false,
+            live_mode: LiveMode::Dynamic,
             after: false,
             subtract: true,
             histogram: false,

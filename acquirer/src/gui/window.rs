@@ -23,7 +23,7 @@ use super::{
     style::{self, SIDE_WIDTH},
     worker::{FileWorker, RigWorker, Teller},
 };
-use crate::session::Cancel;
+use crate::{cli::open_rig, session::Cancel};
 
 /// Names the file that gets a list of what stands in the window.
 const WIDGETS: &str = "ACQUIRER_WIDGETS";
@@ -33,15 +33,12 @@ const JOBS: usize = 8;
 const EVENTS: usize = 64;
 /// Longest time between two repaints, so that Ctrl-C ends the window without a frame or event.
 const IDLE_REPAINT: Duration = Duration::from_millis(250);
-/// Repaints at the start that load fonts and shaders, and do not count for the longest one.
-const WARM_UP: u32 = 20;
 
 /// The window with the file that its settings are kept in.
 pub(super) struct Window {
     model: Model,
     cancel: Cancel,
     kept_in: Option<PathBuf>,
-    repaints: u32,
 }
 
 impl Window {
@@ -70,6 +67,8 @@ impl Window {
             events,
             live: live.clone(),
             cancel: cancel.clone(),
+            cancel_files: cancel.beside(),
+            log: startup.log.clone(),
         };
         let places = (startup.rig.projector.clone(), startup.out.clone());
         let mut model = Model::new(ports, preferences, source.clone(), places, startup.run_all);
@@ -77,16 +76,18 @@ impl Window {
         let files = FileWorker {
             config: startup.config.clone(),
             out: startup.out.clone(),
+            cancel: model.ports.cancel_files.clone(),
             jobs: file_jobs,
             teller: teller.clone(),
         };
         let rig = RigWorker {
+            open: Box::new(open_rig),
             rig: startup.rig,
             source,
             config: startup.config,
             out: startup.out,
             calibration: startup.calibration,
-            read_live: model.preferences.read_live,
+            read_live: model.wanted_reading(),
             cancel: cancel.clone(),
             jobs,
             live,
@@ -100,19 +101,7 @@ impl Window {
             model,
             cancel,
             kept_in,
-            repaints: 0,
         })
-    }
-
-    fn measure(&mut self, begun: Instant, whole: Option<f32>) {
-        let times = &mut self.model.repaint;
-        times.own_ms = 1000.0 * begun.elapsed().as_secs_f32();
-        self.repaints += 1;
-        if self.repaints > WARM_UP {
-            times.longest_own_ms = times.longest_own_ms.max(times.own_ms);
-            let whole_ms = 1000.0 * whole.unwrap_or(0.0);
-            times.longest_whole_ms = times.longest_whole_ms.max(whole_ms);
-        }
     }
 }
 
@@ -149,6 +138,7 @@ pub(super) fn show(model: &mut Model, ui: &mut Ui) {
         .show(ui, |ui| side(model, ui));
     egui::CentralPanel::default().show(ui, |ui| {
         messages::error(model, ui);
+        messages::warnings(model, ui);
         match model.tab {
             Tab::Live => live::show(model, ui),
             Tab::Steps => steps::show(model, ui),
@@ -161,6 +151,7 @@ pub(super) fn show(model: &mut Model, ui: &mut Ui) {
 }
 
 fn side(model: &mut Model, ui: &mut Ui) {
+    model.controls.are_shown = false;
     ui.add_space(6.0);
     ui.columns(3, |columns| {
         let sides = [
@@ -217,16 +208,14 @@ impl eframe::App for Window {
         show(&mut self.model, ui);
         let inside = ui.max_rect().size();
         self.model.preferences.window = [inside.x, inside.y];
-        self.measure(begun, frame.info().cpu_usage);
+        let ms = |seconds: f32| 1000.0 * seconds;
+        let whole = frame.info().cpu_usage.unwrap_or(0.0);
+        let own = begun.elapsed().as_secs_f32();
+        self.model.repaints.count(ms(own), ms(whole));
     }
 
     fn on_exit(&mut self) {
-        tracing::info!(
-            "{} repaints, the longest took {:.1} ms, with drawing {:.1} ms",
-            self.repaints,
-            self.model.repaint.longest_own_ms,
-            self.model.repaint.longest_whole_ms
-        );
+        tracing::info!("{}", self.model.repaints.sentence());
         let camera = self.model.source.camera.as_ref();
         let preferences = &mut self.model.preferences;
         preferences.camera = camera.map_or_else(String::new, ToString::to_string);

@@ -24,6 +24,7 @@ use crate::{
     pipeline::{PipelineSettings, Projected, Reader, grid::DecodedGrid},
     scan::Shows,
 };
+pub use labels::CarriedLabel;
 use labels::CarriedLabels;
 use watch::Watch;
 
@@ -85,6 +86,8 @@ pub struct LiveView<'a> {
     pub frame: Option<&'a Frame>,
     /// What it was read with, and the grid that was read last.
     pub reader: &'a Reader,
+    /// The labels that were carried on to this frame in [`LiveMode::Tracking`].
+    pub labels: &'a [CarriedLabel],
     /// Somebody at the projector has changed its settings: what is read now may be another grid.
     pub settings_changed: bool,
 }
@@ -211,6 +214,7 @@ impl<'a> Live<'a> {
                 told: &told,
                 frame: taken.as_ref(),
                 reader: &self.reader,
+                labels: self.labels.all(),
                 settings_changed,
             };
             if on_frame(&view).is_break() {

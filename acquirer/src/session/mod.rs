@@ -21,7 +21,7 @@ pub use colours::{ColourTrialOrder, ColourTrialResult, OnMeasured, apply_selecti
 pub use doctor::{Diagnosis, DoctorSettings, Examination, Finding, Measured, State, examine};
 pub use exposure::{Exposure, ExposureSettings, WholePeriods, set_exposure};
 pub use latency::{Latency, LatencySettings, measure_latency};
-pub use live::{LiveFrame, LiveMode, LiveSettings, LiveView, OnFrame, read_live};
+pub use live::{CarriedLabel, LiveFrame, LiveMode, LiveSettings, LiveView, OnFrame, read_live};
 pub use new_scan::{NewScan, grid_warnings, projected, recording_warnings};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};

@@ -27,6 +27,15 @@ pub struct Cancel {
 }
 
 impl Cancel {
+    /// A flag for actions that go on beside: it is raised by itself, and with this one when the program is to end.
+    #[must_use]
+    pub fn beside(&self) -> Self {
+        Self {
+            action: Arc::default(),
+            program: self.program.clone(),
+        }
+    }
+
     /// Asks the action under way to stop.
     pub fn cancel(&self) {
         self.action.store(true, Ordering::Relaxed);

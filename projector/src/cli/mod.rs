@@ -11,8 +11,11 @@ mod show;
 use std::{io::IsTerminal, path::PathBuf, str::FromStr};
 
 use clap::{Args, Parser, Subcommand};
+use look::log::Warnings;
 use shared::pattern::RasterSize;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::{
+    EnvFilter, Layer, filter::LevelFilter, layer::SubscriberExt, util::SubscriberInitExt,
+};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -145,25 +148,31 @@ impl FromStr for Address {
     }
 }
 
-/// Sends the log to standard error: warnings and what happened, or what RUST_LOG asks for.
-pub fn log_to_stderr() {
+/// Sends the log to standard error: warnings and what happened, or what RUST_LOG asks for. Gives the warnings for the
+/// operator's window.
+#[must_use]
+pub fn start_log() -> Warnings {
     let quiet_libraries = "info,wgpu_core=warn,wgpu_hal=error,naga=warn,winit=warn";
     let filter =
         EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(quiet_libraries));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
+        .with_ansi(std::io::stderr().is_terminal());
+    let warnings = Warnings::default();
+    tracing_subscriber::registry()
+        .with(lines.with_filter(filter))
+        .with(warnings.clone().with_filter(LevelFilter::WARN))
         .init();
+    warnings
 }
 
-/// Does what the command line says.
+/// Does what the command line says; the operator's window shows the warnings.
 ///
 /// # Errors
 /// Whatever failed, with what to do about it.
-pub fn run(cli: Cli) -> anyhow::Result<()> {
+pub fn run(cli: Cli, warnings: Warnings) -> anyhow::Result<()> {
     match cli.command {
-        None => show::run(cli.show),
+        None => show::run(cli.show, warnings),
         Some(Subcommands::Pair) => pair::invite(),
         Some(Subcommands::Pairings(args)) => pair::list(args.json),
         Some(Subcommands::Revoke(args)) => pair::revoke(args.name.as_deref()),

@@ -3,6 +3,7 @@
 use std::{io::Write, net::SocketAddr, sync::Arc};
 
 use anyhow::Context;
+use look::log::Warnings;
 use shared::pattern::RasterSize;
 
 use super::{ShowArgs, pair};
@@ -25,7 +26,7 @@ enum Screen {
     Window(WindowSettings),
 }
 
-pub(super) fn run(args: ShowArgs) -> anyhow::Result<()> {
+pub(super) fn run(args: ShowArgs, warnings: Warnings) -> anyhow::Result<()> {
     let mut plan = plan(args)?;
     let listening = Listening::bind(&plan.listen)?;
     if !listening.address().ip().is_loopback() {
@@ -38,7 +39,7 @@ pub(super) fn run(args: ShowArgs) -> anyhow::Result<()> {
     let for_signals = orders.clone();
     ctrlc::set_handler(move || for_signals.end()).context("cannot take Ctrl-C and SIGTERM")?;
     let (control, reporter) = Control::start(listening, plan.control, orders.clone(), announce)?;
-    let shown = show(plan.screen, orders, reporter);
+    let shown = show(plan.screen, orders, reporter, warnings);
     let stopped = control.stop();
     shown?;
     stopped?;
@@ -112,10 +113,15 @@ fn plan(args: ShowArgs) -> anyhow::Result<Plan> {
     })
 }
 
-fn show(screen: Screen, orders: Arc<Orders>, reporter: Reporter) -> anyhow::Result<()> {
+fn show(
+    screen: Screen,
+    orders: Arc<Orders>,
+    reporter: Reporter,
+    warnings: Warnings,
+) -> anyhow::Result<()> {
     match screen {
         Screen::Headless(raster) => screen::run_headless(raster, &orders, &reporter),
-        Screen::Window(settings) => screen::run_window(settings, orders, reporter)?,
+        Screen::Window(settings) => screen::run_window(settings, orders, reporter, warnings)?,
     }
     Ok(())
 }

@@ -59,6 +59,22 @@ pub(super) fn card(ui: &mut Ui, view: &OperatorView, panels: &mut Panels) {
     });
 }
 
+/// The card with what the log warned of; none without warnings.
+pub(super) fn log(ui: &mut Ui, panels: &mut Panels) {
+    if panels.warnings.is_empty() {
+        return;
+    }
+    widgets::card(ui, "Warnings", |ui| {
+        let warn = ui.visuals().warn_fg_color;
+        for warning in &panels.warnings {
+            widgets::dotted(ui, warn, sentence(warning));
+        }
+        if ui.button("Dismiss").clicked() {
+            panels.warnings.clear();
+        }
+    });
+}
+
 fn warnings(settings: &GridSettings, raster: RasterSize, panels: &Panels) -> Vec<String> {
     let grid = &settings.coded;
     let scale = CameraScale::filling(raster, panels.camera);

@@ -42,6 +42,9 @@ const SETTINGS_WIDTH: f32 = 380.0;
 /// Seconds for which the card is shown that tells which monitor is the projector.
 const IDENTIFY_S: u32 = 5;
 
+/// Warnings that are in sight at once.
+const WARNINGS: usize = 3;
+
 /// Everything the window shows.
 #[derive(Clone)]
 pub struct OperatorView {
@@ -80,6 +83,8 @@ pub struct Panels {
     preview_px: RasterSize,
     /// Height of all that is drawn, in points.
     height: f32,
+    /// The newest warnings of the log that were not dismissed.
+    warnings: Vec<String>,
 }
 
 impl Default for Panels {
@@ -94,11 +99,22 @@ impl Default for Panels {
                 height: 1,
             },
             height: 0.0,
+            warnings: Vec::new(),
         }
     }
 }
 
 impl Panels {
+    /// Shows what the program's log warned of, until the operator dismisses it.
+    pub fn warn(&mut self, warnings: Vec<String>) {
+        for warning in warnings {
+            self.warnings.retain(|known| *known != warning);
+            self.warnings.push(warning);
+        }
+        let old = self.warnings.len().saturating_sub(WARNINGS);
+        self.warnings.drain(..old);
+    }
+
     /// The size that the preview is to have so that its pixels are the monitor's, in physical pixels.
     #[must_use]
     pub fn preview_px(&self) -> RasterSize {
@@ -141,6 +157,7 @@ pub fn ui(ui: &mut Ui, view: &OperatorView, panels: &mut Panels) -> Vec<Action> 
 }
 
 fn settings(ui: &mut Ui, view: &OperatorView, panels: &mut Panels, asked: &mut Vec<Action>) {
+    advice::log(ui, panels);
     grid::card(ui, view, panels, asked);
     advice::card(ui, view, panels);
     place::monitors(ui, view, asked);

@@ -206,6 +206,14 @@ impl OperatorWindow {
         self.changed();
     }
 
+    /// Shows warnings of the log until they are dismissed.
+    pub(super) fn warn(&mut self, warnings: Vec<String>) {
+        if !warnings.is_empty() {
+            self.panels.warn(warnings);
+            self.changed();
+        }
+    }
+
     /// It is to be drawn soon.
     pub(super) fn changed(&mut self) {
         self.wanted_at(Instant::now());

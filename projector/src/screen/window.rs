@@ -11,6 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use look::log::Warnings;
 use serde::{Deserialize, Serialize};
 use shared::protocol::Command;
 use winit::{
@@ -84,12 +85,15 @@ pub fn run(
     settings: WindowSettings,
     orders: Arc<Orders>,
     reporter: Reporter,
+    warnings: Warnings,
 ) -> Result<(), ScreenError> {
     let event_loop = EventLoop::<()>::with_user_event().build()?;
     let proxy = event_loop.create_proxy();
     let for_orders = proxy.clone();
     orders.set_wake(move || wake(&for_orders));
-    let mut screen = WindowScreen::new(settings, orders, reporter, proxy);
+    let for_warnings = proxy.clone();
+    warnings.set_wake(move || wake(&for_warnings));
+    let mut screen = WindowScreen::new(settings, orders, reporter, (proxy, warnings));
     // winit and wgpu panic where the desktop does not answer any more
     let ran = catch_unwind(AssertUnwindSafe(|| event_loop.run_app(&mut screen)));
     ran.map_err(|_| ScreenError::DesktopEnded)??;
@@ -106,6 +110,8 @@ struct WindowScreen {
     orders: Arc<Orders>,
     reporter: Reporter,
     proxy: EventLoopProxy<()>,
+    /// For the operator's window.
+    warnings: Warnings,
     pattern: Option<PatternWindow>,
     operator: Option<OperatorWindow>,
     overview: Option<Overview>,
@@ -124,13 +130,14 @@ impl WindowScreen {
         settings: WindowSettings,
         orders: Arc<Orders>,
         reporter: Reporter,
-        proxy: EventLoopProxy<()>,
+        (proxy, warnings): (EventLoopProxy<()>, Warnings),
     ) -> Self {
         Self {
             settings,
             orders,
             reporter,
             proxy,
+            warnings,
             pattern: None,
             operator: None,
             overview: None,
@@ -384,6 +391,7 @@ impl WindowScreen {
         }
         if let Some(operator) = &mut self.operator {
             operator.take_preview();
+            operator.warn(self.warnings.take());
         }
     }
 

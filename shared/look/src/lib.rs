@@ -1,7 +1,8 @@
 //! How the windows of both programs look, and how scripts find their way in them.
 //!
 //! It opens no window: it takes egui contexts and gives them a style ([`style`]) or watches what is drawn
-//! ([`widget_list`]).
+//! ([`widget_list`]), and keeps the log's warnings for them ([`log`]).
 
+pub mod log;
 pub mod style;
 pub mod widget_list;

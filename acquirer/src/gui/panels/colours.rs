@@ -18,7 +18,7 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     style::heading(
         ui,
         "Colours of the grid",
-        "All are shown on the scene; the four told apart best draw the grid.",
+        "All are shown; the four told apart best draw the grid.",
     );
     let ready = model.is_ready();
     let first = model.colours.measured.is_none();

@@ -57,6 +57,7 @@ fn piece(model: &mut Model, view: &StageView, crossing: &DecodedCrossing, ui: &m
     let Some((_, image)) = view.steps.first() else {
         return;
     };
+    let image = image.whole();
     let texture = model.pictures.texture(ui.ctx(), "crossing", image);
     let [width, height] = image.size.map(|side| side as f32);
     let (x, y) = (crossing.centre.x as f32, crossing.centre.y as f32);

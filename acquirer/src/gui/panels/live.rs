@@ -3,7 +3,10 @@
 use eframe::egui::{self, Rect, RichText, Sense, Ui, Vec2, pos2, vec2};
 
 use super::{histogram, overlay};
-use crate::gui::{events::FileJob, model::Model, style};
+use crate::{
+    gui::{events::FileJob, model::Model, style},
+    session::LiveMode,
+};
 
 /// Shows switches and picture.
 pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
@@ -78,6 +81,7 @@ fn switches(model: &mut Model, ui: &mut Ui) {
     if toggled.changed() {
         model.set_read_live(read);
     }
+    mode(model, ui);
     ui.separator();
     let preferences = &mut model.preferences;
     ui.selectable_value(&mut preferences.after, false, "Before")
@@ -122,6 +126,48 @@ fn switches(model: &mut Model, ui: &mut Ui) {
         ),
     ] {
         ui.toggle_value(on, name).on_hover_text(hint);
+    }
+}
+
+/// The ways of live reading, each with what it is for.
+const MODES: [(LiveMode, &str, &str); 3] = [
+    (
+        LiveMode::Dynamic,
+        "moving",
+        "Dynamic: the coded grid stays on the wall, and every frame is read by itself",
+    ),
+    (
+        LiveMode::Static,
+        "still",
+        "Static: nothing moves; four frames of the coded grid are averaged, the unary grid gives the geometry",
+    ),
+    (
+        LiveMode::Tracking,
+        "tracking",
+        "Tracking: things move slowly; the unary grid stays on the wall, crossings keep their labels, and the coded \
+         grid is shown now and then",
+    ),
+];
+
+/// How frames are read live.
+fn mode(model: &mut Model, ui: &mut Ui) {
+    let before = model.preferences.live_mode;
+    let mut chosen = before;
+    let name = MODES.iter().find(|(mode, ..)| *mode == before);
+    let combo = egui::ComboBox::from_id_salt("live mode")
+        .selected_text(name.map_or("", |(_, name, _)| name))
+        .width(78.0)
+        .show_ui(ui, |ui| {
+            for (mode, name, hint) in MODES {
+                ui.selectable_value(&mut chosen, mode, name)
+                    .on_hover_text(hint);
+            }
+        });
+    combo
+        .response
+        .on_hover_text("What the scene does while frames are read");
+    if chosen != before {
+        model.set_live_mode(chosen);
     }
 }
 

@@ -1,6 +1,7 @@
 //! The panels of the window, one file each.
 
 pub(super) mod colours;
+mod controls;
 mod crossing;
 mod histogram;
 pub(super) mod live;

@@ -122,8 +122,16 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
     }
     style::card(ui, |ui| match &quality {
         Some(quality) => show_quality(ui, quality),
-        None => {
+        None if model.is_busy(Who::Files) => {
             ui.label("Reading the captures ...");
+        }
+        None => {
+            ui.label("The captures were not read.");
+            if ui.button("Read them").clicked() {
+                let dir = model.scan.dir.clone();
+                let read = dir.map(|dir| FileJob::ReadStage(dir, stage));
+                read.into_iter().for_each(|read| model.ask_files(read));
+            }
         }
     });
     ui.horizontal(|ui| {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use eframe::egui::{self, RichText, Ui};
 
+use super::controls;
 use crate::{
     camera::{CameraSpec, v4l2::CameraInfo},
     gui::{
@@ -26,6 +27,8 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
         "Where pictures come from, and how the rig is.",
     );
     camera(model, ui);
+    ui.add_space(GAP);
+    controls::show(model, ui);
     ui.add_space(GAP);
     about(model, ui);
 }

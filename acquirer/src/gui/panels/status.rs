@@ -24,12 +24,13 @@ pub(in crate::gui) fn show(model: &Model, ui: &mut Ui) {
                 ));
         }
         ui.separator();
-        let times = model.repaint;
-        ui.label(format!("window {:.0} ms", times.own_ms))
-            .on_hover_text(format!(
-                "Time of one repaint of this window; the longest so far took {:.0} ms, with drawing {:.0} ms",
-                times.longest_own_ms, times.longest_whole_ms
-            ));
+        ui.label(format!("window {:.0} ms", model.repaints.last_ms()))
+            .on_hover_ui(|ui| {
+                ui.label(format!(
+                    "Time of one repaint. {}",
+                    model.repaints.sentence()
+                ));
+            });
     });
 }
 

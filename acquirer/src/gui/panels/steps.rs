@@ -99,11 +99,11 @@ fn step(model: &mut Model, view: &StageView, k: usize, room: Rect, ui: &mut Ui) 
     });
     ui.painter()
         .rect_filled(below, egui::CornerRadius::same(4), MAT);
-    let size = image.size.map(|side| side as f32);
+    let size = image.whole().size.map(|side| side as f32);
     let target = fitted(vec2(size[0], size[1]), below.shrink(2.0));
     let scale = target.width() * ui.pixels_per_point() / size[0].max(1.0);
-    let shown = (format!("step {k}"), image, scale);
-    let texture = model.pictures.reduced(ui.ctx(), &shown.0, shown.1, shown.2);
+    let (name, image) = (format!("step {k}"), image.at(scale));
+    let texture = model.pictures.texture(ui.ctx(), &name, image);
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     let painter = ui.painter_at(below);
     painter.image(texture.id(), target, whole, egui::Color32::WHITE);

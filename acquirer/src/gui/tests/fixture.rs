@@ -4,6 +4,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 
 use egui_kittest::{Harness, SnapshotOptions, kittest::Queryable};
 use image::{Rgb as Pixel, RgbImage};
+use look::log::Warnings;
 use rig_tests::measure::{Repeats, SimulatedScan};
 use shared::{
     pattern::{GridSettings, Palette, RasterSize, Rgb},
@@ -20,7 +21,11 @@ use crate::gui::{
     style, window,
 };
 use crate::{
-    camera::{CameraSettings, load_scene},
+    camera::{
+        CameraSettings, ControlInfo, ControlKind,
+        controls::{MenuItem, ids},
+        load_scene,
+    },
     pipeline::{
         Projected,
         colour_choice::{ColourSelection, ColourTrial, choose_colours},
@@ -39,6 +44,7 @@ pub(super) struct Tested {
     pub(super) jobs: Receiver<Job>,
     pub(super) files: Receiver<FileJob>,
     pub(super) cancel: Cancel,
+    pub(super) cancel_files: Cancel,
 }
 
 impl Tested {
@@ -47,12 +53,15 @@ impl Tested {
         let (file_sender, files) = sync_channel(8);
         let (_, events) = sync_channel(1);
         let cancel = Cancel::default();
+        let (cancel_files, log) = (cancel.beside(), Warnings::default());
         let ports = Ports {
             jobs: job_sender,
             files: file_sender,
             events,
             live: LivePlace::default(),
             cancel: cancel.clone(),
+            cancel_files: cancel_files.clone(),
+            log,
         };
         let preferences = Preferences {
             theme,
@@ -73,6 +82,7 @@ impl Tested {
             jobs,
             files,
             cancel,
+            cancel_files,
         }
     }
 
@@ -130,6 +140,62 @@ pub(super) fn rig() -> RigInfo {
             selection: None,
         },
     }
+}
+
+/// Controls as a usual webcam has them.
+pub(super) fn controls() -> Vec<ControlInfo> {
+    let number = |least, most| ControlKind::Number {
+        least,
+        most,
+        step: 1,
+    };
+    let items = [(0, "off"), (1, "50 Hz"), (2, "60 Hz")].map(|(value, name)| MenuItem {
+        value,
+        name: name.into(),
+    });
+    let control = |id, name: &str, kind, value, inactive| ControlInfo {
+        id,
+        key: name.replace(' ', "_"),
+        name: name.into(),
+        kind,
+        unit: None,
+        default: value,
+        value: Some(value),
+        inactive,
+        read_only: false,
+    };
+    let items = items.to_vec();
+    vec![
+        control(
+            ids::WHITE_BALANCE_AUTOMATIC,
+            "white balance automatic",
+            ControlKind::Switch,
+            1,
+            false,
+        ),
+        control(
+            ids::WHITE_BALANCE_TEMPERATURE,
+            "white balance temperature",
+            number(2800, 7500),
+            5000,
+            true,
+        ),
+        control(ids::GAIN, "gain", number(16, 256), 16, false),
+        control(
+            ids::POWER_LINE_FREQUENCY,
+            "power line frequency",
+            ControlKind::Menu { items },
+            1,
+            false,
+        ),
+        control(
+            ids::EXPOSURE_TIME,
+            "exposure time",
+            number(1, 5000),
+            156,
+            false,
+        ),
+    ]
 }
 
 /// A grey wall under each colour of the palette.

@@ -1,6 +1,7 @@
 //! The window without a display: what it says, what its buttons ask for, and how it looks.
 
 mod fixture;
+mod hang;
 
 use eframe::egui::{self, Key};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -13,12 +14,15 @@ use shared::{
 use super::{
     events::{Event, FileJob, Job, Place, Who},
     live_picture::{LivePicture, LiveReading, screen_image},
-    model::{Side, Tab},
+    model::{Side, Tab, Weight},
     open_scan::{OpenScan, StageView},
     preferences::Theme,
 };
-use crate::{config::Config, session::Progress};
-use fixture::{RASTER, Tested, cube_scan, looks_as_before, measured, rig};
+use crate::{
+    config::Config,
+    session::{Cancel, LiveMode, Progress},
+};
+use fixture::{RASTER, Tested, controls, cube_scan, looks_as_before, measured, rig};
 
 #[test]
 fn without_a_rig_the_window_says_what_to_do() {
@@ -61,7 +65,10 @@ fn every_switch_over_the_picture_changes_what_is_wanted() {
         ]
     );
     tested.click("Read");
-    assert_eq!(tested.jobs.try_recv(), Ok(Job::ReadLive(true)));
+    assert_eq!(
+        tested.jobs.try_recv(),
+        Ok(Job::ReadLive(Some(LiveMode::Dynamic)))
+    );
 }
 
 #[test]
@@ -123,7 +130,9 @@ fn a_scan_is_recorded_judged_kept_and_computed_by_clicks() {
         tested.tell(Event::Idle(Who::Rig));
         let read = FileJob::ReadStage(dir.clone(), stage);
         assert_eq!(tested.files.try_recv(), Ok(read));
-        let view = StageView::read(&dir, stage, &config.pipeline).unwrap();
+        let settings = &config.pipeline;
+        let view = StageView::read((&dir, stage), settings, &Cancel::default(), &mut |_| ());
+        let view = view.unwrap();
         assert!(view.quality.coverage_percent() > 80.0);
         let text = format!(
             "{:.1} % of the crossings read",
@@ -136,7 +145,7 @@ fn a_scan_is_recorded_judged_kept_and_computed_by_clicks() {
     }
     let read = FileJob::Read(dir.clone(), Place::Result);
     assert_eq!(tested.files.try_recv(), Ok(read));
-    let scan = OpenScan::read(&dir, &config).unwrap();
+    let scan = OpenScan::read(&dir, &config, &Cancel::default(), &mut |_| ()).unwrap();
     tested.tell(Event::Read(Box::new(scan), Place::Result));
     tested.tell(Event::Idle(Who::Files));
     assert_eq!(tested.harness.state().tab, Tab::Result);
@@ -152,6 +161,12 @@ fn a_scan_is_recorded_judged_kept_and_computed_by_clicks() {
     tested.harness.state_mut().steps.crossing = Some(40);
     tested.click("Steps");
     assert!(tested.says("occurs once in the sequence"));
+    let mut tested = looks_as_before(tested, "steps");
+    let result = tested.harness.state_mut().result.as_mut();
+    result.unwrap().dir = "cube".into();
+    tested.click("Compare");
+    assert!(tested.says("No scan is chosen"));
+    let mut tested = looks_as_before(tested, "compare");
     tested.click("Next object");
     assert_eq!(tested.jobs.try_recv(), Ok(Job::NextObject));
 }
@@ -168,6 +183,87 @@ fn a_long_action_tells_its_progress_and_can_be_cancelled() {
     assert!(tested.says("recording background") && !tested.cancel.is_cancelled());
     tested.click("Cancel");
     assert!(tested.cancel.is_cancelled());
+}
+
+#[test]
+fn the_reading_of_a_scan_can_be_stopped() {
+    let mut tested = Tested::connected();
+    let progress = Progress {
+        what: "reading cube".into(),
+        done: 3,
+        of: 8,
+    };
+    tested.tell(Event::Progress(Who::Files, progress));
+    tested.click("Stop reading");
+    assert!(tested.cancel_files.is_cancelled() && !tested.cancel.is_cancelled());
+    assert!(tested.says("Stopping the reading"));
+
+    let scans = cube_scan();
+    let dir = scans.path().join("cube");
+    let mut told = Vec::new();
+    let read = OpenScan::read(&dir, &Config::default(), &tested.cancel_files, &mut |p| {
+        told.push(p.done);
+    });
+    let error = read.unwrap_err().to_string();
+    assert!(error.contains("stopped by the operator"), "{error}");
+    assert_eq!(told, [0]);
+    assert!(!dir.join("results").exists());
+}
+
+#[test]
+fn warnings_are_told_until_they_are_dismissed_and_stay_in_the_list() {
+    let mut tested = Tested::connected();
+    let told = "lines are 2 px apart: the camera can't resolve them";
+    tested.tell(Event::Warning(told.into()));
+    tested.tell(Event::Warning(told.into()));
+    assert_eq!(tested.harness.state().warnings, [told]);
+    assert!(tested.says(told));
+    tested.click("Dismiss warnings");
+    assert!(tested.harness.state().warnings.is_empty());
+    let messages = &tested.harness.state().messages;
+    assert!(
+        messages
+            .iter()
+            .any(|m| m.text == told && m.weight == Weight::Warning)
+    );
+}
+
+#[test]
+fn the_way_of_live_reading_is_chosen_in_the_window() {
+    let mut tested = Tested::connected();
+    tested.click("Read");
+    let asked = tested.jobs.try_recv();
+    assert_eq!(asked, Ok(Job::ReadLive(Some(LiveMode::Dynamic))));
+    tested.harness.get_by_value("moving").click();
+    tested.harness.run_steps(3);
+    tested.click("tracking");
+    let asked = tested.jobs.try_recv();
+    assert_eq!(asked, Ok(Job::ReadLive(Some(LiveMode::Tracking))));
+    tested.click("Read");
+    assert_eq!(tested.jobs.try_recv(), Ok(Job::ReadLive(None)));
+}
+
+#[test]
+fn the_cameras_controls_are_listed_set_locked_and_exposed_for() {
+    let mut tested = Tested::connected();
+    tested.tell(Event::Controls(Ok(controls())));
+    tested.click("Source settings");
+    tested.harness.run_steps(20);
+    assert!(tested.harness.state().controls.are_shown);
+    for name in ["exposure time", "gain", "power line frequency"] {
+        assert!(tested.says(name), "{name}");
+    }
+    tested.click("white balance automatic on or off");
+    let id = controls()[0].id;
+    assert_eq!(tested.jobs.try_recv(), Ok(Job::SetControl(id, 0)));
+    tested.tell(Event::Idle(Who::Rig));
+    tested.click("Lock all");
+    assert_eq!(tested.jobs.try_recv(), Ok(Job::LockAutomatics));
+    tested.tell(Event::Idle(Who::Rig));
+    tested.click("Set the exposure");
+    assert_eq!(tested.jobs.try_recv(), Ok(Job::SetExposure));
+    tested.tell(Event::Idle(Who::Rig));
+    looks_as_before(tested, "source");
 }
 
 #[test]
@@ -206,9 +302,16 @@ fn keys_do_what_buttons_do() {
     tested.harness.run_steps(2);
     assert_eq!(tested.jobs.try_recv(), Ok(Job::Record(Stage::Background)));
     assert_eq!(tested.harness.state().side, Side::Scan);
+}
+
+#[test]
+fn the_help_tells_the_way_and_all_keys() {
+    let mut tested = Tested::connected();
     tested.harness.key_press(Key::F1);
     tested.harness.run_steps(3);
     assert!(tested.says("From start to a saved scan"));
+    assert!(tested.says("record without object (F)"));
+    looks_as_before(tested, "help");
 }
 
 #[test]

@@ -18,7 +18,8 @@ use crate::{
         open_scan::{OpenScan, StageView},
         sources::Sources,
     },
-    session::Progress,
+    process::ProcessError,
+    session::{Cancel, Progress},
 };
 
 /// Everything the thread needs.
@@ -26,6 +27,7 @@ pub(in crate::gui) struct FileWorker {
     pub(in crate::gui) config: Config,
     /// Folder that scans are recorded as.
     pub(in crate::gui) out: PathBuf,
+    pub(in crate::gui) cancel: Cancel,
     pub(in crate::gui) jobs: Receiver<FileJob>,
     pub(in crate::gui) teller: Teller,
 }
@@ -34,8 +36,12 @@ impl FileWorker {
     /// Runs until the window is gone.
     pub(in crate::gui) fn run(self) {
         while let Ok(job) = self.jobs.recv() {
+            self.cancel.reset();
             match self.job(job) {
                 Ok(event) => self.teller.tell(event),
+                Err(error) if is_cancelled(&error) => {
+                    self.teller.tell(Event::Note(format!("{error:#}")));
+                }
                 Err(error) => self.teller.tell(Event::Failed(format!("{error:#}"))),
             }
             self.teller.tell(Event::Idle(Who::Files));
@@ -46,13 +52,18 @@ impl FileWorker {
         Ok(match job {
             FileJob::FindSources => Event::Sources(Box::new(Sources::find(&self.out))),
             FileJob::ReadStage(dir, stage) => {
-                self.begin(format!("reading the {stage}"));
-                let view = StageView::read(&dir, stage, &self.config.pipeline)?;
+                let view = StageView::read(
+                    (&dir, stage),
+                    &self.config.pipeline,
+                    &self.cancel,
+                    &mut |progress| self.progress(progress),
+                )?;
                 Event::StageRead(dir, Arc::new(view))
             }
             FileJob::Read(dir, place) => {
-                self.begin(format!("reading {}", dir.display()));
-                Event::Read(Box::new(OpenScan::read(&dir, &self.config)?), place)
+                let mut report = |progress| self.progress(progress);
+                let scan = OpenScan::read(&dir, &self.config, &self.cancel, &mut report)?;
+                Event::Read(Box::new(scan), place)
             }
             FileJob::Save { from, to } => {
                 self.begin(format!("saving {}", to.display()));
@@ -67,13 +78,21 @@ impl FileWorker {
     }
 
     fn begin(&self, what: String) {
-        let progress = Progress {
+        self.progress(Progress {
             what,
             done: 0,
             of: 0,
-        };
+        });
+    }
+
+    fn progress(&self, progress: Progress) {
         self.teller.tell(Event::Progress(Who::Files, progress));
     }
+}
+
+fn is_cancelled(error: &anyhow::Error) -> bool {
+    let cause = error.downcast_ref::<ProcessError>();
+    matches!(cause, Some(ProcessError::Cancelled))
 }
 
 /// Copies a scan with its results to a folder that does not hold one.

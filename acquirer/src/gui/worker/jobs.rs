@@ -52,6 +52,12 @@ impl RigWorker {
                 Ok(())
             }
             Job::Identify => Ok(rig.projector.identify(IDENTIFY_S).map(drop)?),
+            Job::SetControl(id, value) => self.set_control((id, value), rig, session),
+            Job::LockAutomatics => self.lock_automatics(rig, session),
+            Job::SetExposure => {
+                self.set_exposure(rig, session)?;
+                show_grid(rig)
+            }
             // these two are taken over before
             Job::Open(_) | Job::ReadLive(_) => Ok(()),
         }
@@ -164,7 +170,7 @@ impl RigWorker {
     fn new_folder(&self, rig: &Rig, session: &Session) -> anyhow::Result<ScanFolder> {
         let now = projected(rig)?;
         for warning in recording_warnings(rig, &now, &self.config.record)? {
-            self.teller.tell(Event::Note(format!("warning: {warning}")));
+            self.teller.tell(Event::Warning(warning));
         }
         let calibration = self.calibration();
         let scan = NewScan {

@@ -20,8 +20,13 @@ use crate::{
         live_picture::{LivePicture, LivePlace, LiveReading, Overlay, marks, wanted_picture},
     },
     pipeline::{PipelineSettings, Projected, Reader},
-    session::{LiveMode, LiveSettings, LiveView, Rig, Tap, projected, read_live},
+    session::{LiveSettings, LiveView, Rig, Tap, projected, read_live},
 };
+
+/// Coded frames that are averaged where nothing moves.
+const AVERAGED: usize = 4;
+/// Frames between two looks at the coded grid where labels are carried on.
+const REFRESHED_EVERY: usize = 60;
 
 /// Puts frames where the window finds them. Copies go on counting together.
 #[derive(Clone)]
@@ -91,7 +96,7 @@ impl RigWorker {
         let read = self.read_until_asked(rig, session, tap);
         tap.only_read.store(false, Ordering::Relaxed);
         if read.is_err() || self.cancel.is_cancelled() {
-            self.read_live = false;
+            self.read_live = None;
             self.teller.tell(Event::ReadingStopped);
         }
         if let Err(error) = read {
@@ -109,15 +114,18 @@ impl RigWorker {
         session: &mut Session,
         tap: &LiveTap,
     ) -> anyhow::Result<()> {
+        let Some(mode) = self.read_live else {
+            return Ok(());
+        };
         rig.tap = Some(tap.clone().for_frames());
         self.need_latency(rig)?;
         self.teller
             .tell(Event::Projector(Box::new(rig.projector.state()?)));
         let now = projected(rig)?;
         let settings = LiveSettings {
-            mode: LiveMode::Dynamic,
-            average: 1,
-            refresh: usize::MAX,
+            mode,
+            average: AVERAGED,
+            refresh: REFRESHED_EVERY,
             record: self.config.record.clone(),
             pipeline: PipelineSettings::live(),
         };
@@ -132,7 +140,8 @@ impl RigWorker {
             }
             self.show_read(seen, &now, tap);
             let asked = !self.take_jobs(session) || !session.queue.is_empty();
-            if asked || session.reopen || !self.read_live || seen.settings_changed {
+            let goes_on = self.read_live == Some(mode) && !seen.settings_changed;
+            if asked || session.reopen || !goes_on {
                 return ControlFlow::Break(());
             }
             ControlFlow::Continue(())
@@ -143,8 +152,13 @@ impl RigWorker {
     fn show_read(&self, seen: &LiveView<'_>, now: &Projected, tap: &LiveTap) {
         let Some(frame) = seen.frame else { return };
         let coded = &now.pattern.coded;
-        let is_coded = seen.told.pattern == "coded";
-        let overlay = is_coded.then(|| Overlay::of(seen.reader.grid(), coded));
+        let overlay = match seen.told.pattern {
+            "coded" => Some(Overlay::of(seen.reader.grid(), coded)),
+            "unary" if !seen.labels.is_empty() => {
+                Some(Overlay::carried(seen.reader.grid(), seen.labels, coded))
+            }
+            _ => None,
+        };
         let reading = LiveReading {
             pattern: seen.told.pattern,
             crossings: seen.told.crossings,

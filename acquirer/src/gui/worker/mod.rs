@@ -1,5 +1,6 @@
 //! The thread that owns the rig: it shows live frames, reads them if that is wanted, and does one job at a time.
 
+mod controls;
 mod files;
 mod jobs;
 mod live;
@@ -21,13 +22,14 @@ use super::{
 };
 use crate::{
     camera::{CameraSpec, load_scene},
-    cli::{RigArgs, open_rig},
+    cli::RigArgs,
     config::Config,
     pipeline::colour_choice::ColourSelection,
     projector_link::Notice,
     scan::ScanFolder,
-    session::{Cancel, Rig},
+    session::{Cancel, LiveMode, Rig},
 };
+use controls::ControlsSet;
 pub(super) use files::FileWorker;
 use live::LiveTap;
 
@@ -56,8 +58,13 @@ impl Teller {
     }
 }
 
+/// Opens the rig that the operator has chosen.
+pub(super) type OpenRig = Box<dyn Fn(&RigArgs, &Config) -> anyhow::Result<Rig> + Send>;
+
 /// Everything the rig's thread needs.
 pub(super) struct RigWorker {
+    /// How the rig is opened.
+    pub(super) open: OpenRig,
     /// Which projector.
     pub(super) rig: RigArgs,
     /// Which camera, and what is asked of it.
@@ -66,8 +73,8 @@ pub(super) struct RigWorker {
     /// Folder of the first scan; further ones get a number.
     pub(super) out: PathBuf,
     pub(super) calibration: Option<RigCalibration>,
-    /// Whether frames are read when there is nothing else to do.
-    pub(super) read_live: bool,
+    /// How frames are read when there is nothing else to do, if they are.
+    pub(super) read_live: Option<LiveMode>,
     pub(super) cancel: Cancel,
     pub(super) jobs: Receiver<Job>,
     pub(super) live: LivePlace,
@@ -80,6 +87,7 @@ struct Session {
     folder: Option<ScanFolder>,
     selection: Option<ColourSelection>,
     queue: VecDeque<Job>,
+    controls: ControlsSet,
     /// Another source was asked for.
     reopen: bool,
 }
@@ -102,7 +110,7 @@ impl RigWorker {
                 ..self.rig.clone()
             };
             self.config.camera = self.source.settings.clone();
-            let mut rig = match open_rig(&args, &self.config) {
+            let mut rig = match (self.open)(&args, &self.config) {
                 Ok(rig) => rig,
                 Err(error) => {
                     self.teller.tell(Event::Disconnected(format!("{error:#}")));
@@ -110,7 +118,7 @@ impl RigWorker {
                         Err(RecvTimeoutError::Disconnected) => return,
                         _ if self.cancel.is_quitting() => return,
                         Ok(Job::Open(source)) => self.source = source,
-                        Ok(Job::ReadLive(on)) => self.read_live = on,
+                        Ok(Job::ReadLive(mode)) => self.read_live = mode,
                         Ok(_) => self.teller.tell(Event::Idle(Who::Rig)),
                         Err(RecvTimeoutError::Timeout) => {}
                     }
@@ -128,6 +136,7 @@ impl RigWorker {
     /// Live frames and jobs until the window or the rig is gone.
     fn serve(&mut self, rig: &mut Rig, session: &mut Session) -> anyhow::Result<Left> {
         self.tell_connected(rig)?;
+        self.begin_controls(rig, session);
         let tap = LiveTap::new(self.live.clone(), self.teller.context.clone());
         let mut silent = 0;
         loop {
@@ -141,12 +150,13 @@ impl RigWorker {
             if session.reopen {
                 return Ok(Left::Reopen);
             }
-            if session.queue.is_empty() && self.read_live {
+            if session.queue.is_empty() && self.read_live.is_some() {
                 rig.tap = None;
                 self.read_frames(rig, session, &tap);
                 continue;
             }
             self.hear_projector(rig)?;
+            self.watch_controls(rig, session);
             match rig.next_frame(LIVE_TIMEOUT) {
                 Ok(_) => silent = 0,
                 Err(error) => {
@@ -163,8 +173,8 @@ impl RigWorker {
     fn take_jobs(&mut self, session: &mut Session) -> bool {
         loop {
             match self.jobs.try_recv() {
-                Ok(Job::ReadLive(on)) => {
-                    self.read_live = on;
+                Ok(Job::ReadLive(mode)) => {
+                    self.read_live = mode;
                     if session.queue.is_empty() {
                         self.teller.tell(Event::Idle(Who::Rig));
                     }

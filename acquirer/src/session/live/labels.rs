@@ -11,15 +11,23 @@ use shared::{geometry::CameraPixel, pattern::GridIndex};
 /// Farthest step of a crossing, as a share of the way to its nearest neighbour.
 const FARTHEST_STEP: f64 = 0.35;
 
+/// A crossing's label and where the crossing was seen last.
+pub type CarriedLabel = (GridIndex, CameraPixel);
+
 /// Labelled crossings and where they were seen last.
 #[derive(Debug, Default)]
-pub(super) struct CarriedLabels(Vec<(GridIndex, CameraPixel)>);
+pub(super) struct CarriedLabels(Vec<CarriedLabel>);
 
 impl CarriedLabels {
     /// The labels of a coded frame.
     pub(super) fn of(grid: &DecodedGrid) -> Self {
         let crossings = grid.crossings.iter();
         Self(crossings.map(|c| (c.index, c.centre)).collect())
+    }
+
+    /// All that have a label.
+    pub(super) fn all(&self) -> &[CarriedLabel] {
+        &self.0
     }
 
     /// How many crossings have a label.

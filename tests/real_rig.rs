@@ -14,6 +14,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+#[allow(dead_code, reason = "there is no mouse here")]
 #[path = "projector_support/display.rs"]
 mod display;
 

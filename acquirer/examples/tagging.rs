@@ -58,9 +58,8 @@ fn main() -> Result<()> {
          ## One condition after the other\n\n\
          Projector 59.94 Hz, camera 29.97 Hz, latency 60 ms, jitter 2 ms, read-out 15 ms, exposure 8 ms, nothing \
          lost, but for the one that the row names. A pattern is held for two frames while exposure, read-out and jitter \
-         together are known to be shorter than a frame, else for three or more. Where the projector's rate is a multiple of \
-         the camera's, all flashes of a measurement may fall between two exposures, and how long these are stays unknown: \
-         some of those rigs hold for three frames without need, hence means between 2 and 3.\n\n{alone}\n\
+         together are known to be shorter than a frame, or while the flashes spoilt one frame each; else for three or \
+         more, and what could not be told is shown again.\n\n{alone}\n\
          ## By rates and losses\n\n\
          Latency 0 to 300 ms, jitter 0 to 30 ms, read-out 0 to 30 ms (at most a frame), exposure 2 ms to half a frame, \
          by chance: in most of these rigs exposure, read-out and jitter together are longer than a frame, and no \

@@ -23,6 +23,7 @@ fn timing(latency_ms: f64) -> Timing {
         exposure: known(8.0),
         change: known(18.0),
         frame_ms: FRAME_MS,
+        settling: None,
     }
 }
 

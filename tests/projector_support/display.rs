@@ -1,6 +1,7 @@
 //! A display nobody sees: Xvfb, and what is on it.
 
 use std::{
+    ffi::OsStr,
     fmt,
     io::{BufRead, BufReader},
     path::PathBuf,
@@ -10,7 +11,7 @@ use std::{
 use shared::pattern::{Raster, RasterSize, Rgb};
 
 /// What these tests need; they fail without it rather than pass unseen.
-const INSTALL: &str = "apt-get install -y --no-install-recommends xvfb x11-apps mesa-vulkan-drivers \
+const INSTALL: &str = "apt-get install -y --no-install-recommends xvfb x11-apps xdotool mesa-vulkan-drivers \
                        libxcursor1 libxi6 libxkbcommon-x11-0";
 
 /// A running X server with one monitor and no window manager.
@@ -62,6 +63,18 @@ impl Display {
     /// The inside of the window of this title.
     pub(crate) fn window(&self, title: &str) -> Raster {
         self.dump(&["-name", title])
+    }
+
+    /// Moves and clicks the mouse, or asks for windows: the arguments of `xdotool`; gives what it says.
+    pub(crate) fn xdotool<A: AsRef<OsStr>>(&self, arguments: &[A]) -> String {
+        let output = Command::new("xdotool")
+            .args(arguments)
+            .envs(self.environment())
+            .output()
+            .unwrap_or_else(|error| missing("xdotool", &error));
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "xdotool: {error}");
+        String::from_utf8_lossy(&output.stdout).trim().to_owned()
     }
 
     fn dump(&self, what: &[&str]) -> Raster {

@@ -2,7 +2,7 @@
 //! drawn without a display.
 
 use std::{
-    process, thread,
+    thread,
     time::{Duration, Instant},
 };
 
@@ -78,15 +78,10 @@ impl Twin {
     }
 }
 
-/// Moves and clicks the mouse, or asks for windows: the arguments of `xdotool`, separated by blanks.
+/// Moves and clicks the mouse, or asks for windows: arguments separated by blanks.
 fn xdotool(display: &Display, arguments: &str) {
-    let output = process::Command::new("xdotool")
-        .args(arguments.split_whitespace())
-        .envs(display.environment())
-        .output()
-        .expect("xdotool: apt-get install -y --no-install-recommends xdotool");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "xdotool {arguments}: {said}");
+    let words: Vec<&str> = arguments.split_whitespace().collect();
+    display.xdotool(&words);
 }
 
 /// A projector in a small window, the operator's window beside it.

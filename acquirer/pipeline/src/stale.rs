@@ -46,15 +46,18 @@ struct Expected {
     /// Number of the pixel, row by row.
     at: u32,
     black: [f32; 3],
-    white: [f32; 3],
+    /// Least and most light above black without noise.
+    range: [[f32; 3]; 2],
     /// Standard deviation of one frame's noise.
     sigma: [f32; 3],
+    /// One over it.
+    per_sigma: [f32; 3],
 }
 
 /// How a pixel compares with what is expected.
 #[derive(Debug, Clone, Copy)]
 struct Look {
-    /// Light above black in standard deviations, summed over channels.
+    /// Light above black in standard deviations of one frame's noise, summed over channels.
     above: f32,
     /// Whether it can't be a dark cell of the scene that the references show.
     differs: bool,
@@ -100,17 +103,16 @@ impl DarkCells {
         (stale.columns, stale.side) = (self.columns, self.side);
         stale.tiles.clear();
         for tile in self.expected.chunks_exact(LOOKS * LOOKS) {
-            let light = |expected: &Expected| response.light_at(grid, expected.at as usize);
-            let differ = tile.iter().filter(|e| e.differs(light(e), noise)).count();
-            // not even if all of them are among the darkest
-            if 2 * differ <= QUARTER {
-                stale.tiles.push(false);
-                continue;
-            }
             self.looks.clear();
-            let looks = tile.iter().map(|e| e.compare(light(e), noise));
+            let looks = tile.iter().map(|expected| {
+                expected.compare(response.light_at(grid, expected.at as usize), noise)
+            });
             self.looks.extend(looks);
-            stale.tiles.push(is_stale(&mut self.looks));
+            let differ = self.looks.iter().filter(|look| look.differs).count();
+            // few of them can't be most of the darkest
+            stale
+                .tiles
+                .push(2 * differ > QUARTER && is_stale(&mut self.looks));
         }
     }
 }
@@ -120,38 +122,44 @@ impl Expected {
         let at = y * black.width() + x;
         let blacks = [0, 1, 2].map(|c| black.channels[c].values()[at]);
         let white = references.white.as_ref();
+        let whites = white.map(|white| [0, 1, 2].map(|c| white[c].values()[at]));
+        let sigma = [0, 1, 2].map(|c| references.noise.variance(c, blacks[c]).sqrt().max(1e-6));
         Self {
             at: at as u32,
             black: blacks,
-            // without a white reference light may be as bright as it likes
-            white: [0, 1, 2].map(|c| white.map_or(f32::MAX, |white| white[c].values()[at])),
-            sigma: [0, 1, 2].map(|c| references.noise.variance(c, blacks[c]).sqrt().max(1e-6)),
+            range: match whites {
+                Some(whites) => {
+                    [-RINGING, SCATTERED].map(|share| whites.map(|white| share * white))
+                }
+                // without a white reference light may be as bright as it likes
+                None => [[0.0; 3], [f32::MAX; 3]],
+            },
+            sigma,
+            per_sigma: sigma.map(|sigma| 1.0 / sigma),
         }
-    }
-
-    /// Whether light, whose noise is so many times that of one frame, can't be a dark cell's.
-    fn differs(&self, light: [f32; 3], noise: f32) -> bool {
-        (0..3).any(|c| {
-            let (spread, white) = (SIGMAS * noise * self.sigma[c], self.white[c]);
-            let above = light[c] - self.black[c];
-            let ringing = if white < f32::MAX {
-                RINGING * white
-            } else {
-                0.0
-            };
-            let far = above < -ringing - spread || above > SCATTERED * white + spread;
-            far && light[c] < CLIPPED_LIGHT
-        })
     }
 
     /// Compares light whose noise is so many times that of one frame.
+    #[inline]
     fn compare(&self, light: [f32; 3], noise: f32) -> Look {
-        let known = (0..3).filter(|&c| light[c] < CLIPPED_LIGHT);
-        let above = known.map(|c| (light[c] - self.black[c]) / (noise * self.sigma[c]));
-        Look {
-            above: above.sum(),
-            differs: self.differs(light, noise),
+        let [least, most] = &self.range;
+        let mut look = Look {
+            above: 0.0,
+            differs: false,
+        };
+        for c in 0..3 {
+            let known = light[c] < CLIPPED_LIGHT;
+            let above = light[c] - self.black[c];
+            let spread = SIGMAS * noise * self.sigma[c];
+            let far = (above < least[c] - spread) | (above > most[c] + spread);
+            look.differs |= far & known;
+            look.above += if known {
+                above * self.per_sigma[c]
+            } else {
+                0.0
+            };
         }
+        look
     }
 }
 

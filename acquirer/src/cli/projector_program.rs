@@ -20,12 +20,14 @@ pub(super) struct ProjectorProgram {
 }
 
 impl ProjectorProgram {
-    /// Starts the projector program that stands beside this one, on a free port of this machine.
+    /// Starts the projector program that stands beside this one, on a free port of this machine; with its window it
+    /// opens the operator's too.
     pub(super) fn start(raster: RasterSize, window: bool) -> anyhow::Result<Self> {
         let program = beside_this_program()?;
         let screen = if window { "--windowed" } else { "--headless" };
         let mut child = Command::new(&program)
             .args([screen, &raster.to_string(), "--listen", "127.0.0.1:0"])
+            .args(window.then_some("--operator"))
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()

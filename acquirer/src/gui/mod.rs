@@ -20,7 +20,6 @@ mod sources;
 mod style;
 #[cfg(test)]
 mod tests;
-mod widget_list;
 mod window;
 mod worker;
 

@@ -483,11 +483,15 @@ impl Model {
     /// Whether the chosen colours could be sent, and are not there already.
     pub(super) fn may_apply(&self) -> bool {
         let different = |best: &[Rgb; 4]| (0..4).all(|k| !best[..k].contains(&best[k]));
-        let there = self.rig.as_ref().is_ok_and(|rig| {
+        self.is_ready() && different(&self.colours.best) && !self.are_colours_there()
+    }
+
+    /// Whether the projector's grid has the chosen colours.
+    pub(super) fn are_colours_there(&self) -> bool {
+        self.rig.as_ref().is_ok_and(|rig| {
             let grid = &rig.projector.grid;
             grid.coded.colours() == self.colours.best && grid.unary == self.colours.unary
-        });
-        self.is_ready() && different(&self.colours.best) && !there
+        })
     }
 
     /// Whether a stage can be recorded: the object after the background.

@@ -49,6 +49,12 @@ impl Quality {
     pub(super) fn coverage_percent(&self) -> f64 {
         100.0 * self.labelled as f64 / self.possible.max(1) as f64
     }
+
+    /// Crossings that the picture does not show: neither read nor seen without being read.
+    pub(super) fn unseen(&self) -> usize {
+        let holes: usize = self.holes.values().sum();
+        self.possible.saturating_sub(self.labelled + holes)
+    }
 }
 
 /// One stage of a scan: what was captured, what every step made of it, and what was read.

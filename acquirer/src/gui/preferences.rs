@@ -94,7 +94,7 @@ impl Default for Preferences {
         Self {
             theme: Theme::default(),
             zoom: 1.0,
-            window: [1280.0, 690.0],
+            window: [1280.0, 720.0],
             read_live: false,
             after: false,
             subtract: true,

@@ -4,25 +4,17 @@ use eframe::egui::{
     self, Color32, CornerRadius, FontFamily, FontId, Response, RichText, Sense, Stroke, TextStyle,
     Ui, Vec2, vec2,
 };
+pub(super) use look::style::{ACCENT, BAD, FAIR, GOOD, MAT, screen_colour};
 use shared::pattern::Rgb;
 
 /// Width of the panel with the steps, in points.
 pub(super) const SIDE_WIDTH: f32 = 352.0;
 /// Space between groups of a panel, in points.
 pub(super) const GAP: f32 = 10.0;
-/// Something is as it should be.
-pub(super) const GOOD: Color32 = Color32::from_rgb(46, 160, 98);
-/// Something is worth a look.
-pub(super) const FAIR: Color32 = Color32::from_rgb(214, 148, 38);
-/// Something is wrong.
-pub(super) const BAD: Color32 = Color32::from_rgb(214, 72, 62);
-/// What is to be done next.
-pub(super) const ACCENT: Color32 = Color32::from_rgb(28, 116, 190);
-/// Behind pictures, in both themes: colours are judged against dark.
-pub(super) const MAT: Color32 = Color32::from_gray(18);
-
-/// Sets the look of the whole window, for both themes.
+/// Sets the look of the whole window, for both themes: that of both programs, with somewhat smaller type, for this
+/// window holds more.
 pub(super) fn apply(context: &egui::Context) {
+    look::style::install(context);
     context.all_styles_mut(|style| {
         style.spacing.item_spacing = vec2(8.0, 6.0);
         style.spacing.button_padding = vec2(10.0, 5.0);
@@ -33,29 +25,7 @@ pub(super) fn apply(context: &egui::Context) {
         style.text_styles.insert(TextStyle::Body, font(13.5));
         style.text_styles.insert(TextStyle::Button, font(13.5));
         style.text_styles.insert(TextStyle::Small, font(11.5));
-        for widget in [
-            &mut style.visuals.widgets.noninteractive,
-            &mut style.visuals.widgets.inactive,
-            &mut style.visuals.widgets.hovered,
-            &mut style.visuals.widgets.active,
-            &mut style.visuals.widgets.open,
-        ] {
-            widget.corner_radius = CornerRadius::same(5);
-        }
-        style.visuals.selection.bg_fill = ACCENT;
-        style.visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
-        style.visuals.hyperlink_color = ACCENT;
-        // the usual themes print their text in middle grey
-        let ink = if style.visuals.dark_mode { 212 } else { 32 };
-        style.visuals.widgets.noninteractive.fg_stroke.color = Color32::from_gray(ink);
-        style.visuals.widgets.inactive.fg_stroke.color = Color32::from_gray(ink);
     });
-}
-
-/// A colour of the pattern on the screen.
-pub(super) fn colour32(colour: Rgb) -> Color32 {
-    let [r, g, b] = colour.0;
-    Color32::from_rgb(r, g, b)
 }
 
 /// The button for what is to be done next.
@@ -67,6 +37,30 @@ pub(super) fn primary(ui: &mut Ui, enabled: bool, text: &str) -> Response {
         egui::Button::new(text)
     };
     sized(ui, enabled, button, vec2(ui.available_width(), 32.0))
+}
+
+/// A button for a step of several: the one that comes next stands out.
+pub(super) fn step(ui: &mut Ui, enabled: bool, text: &str, is_next: bool) -> Response {
+    if is_next {
+        return primary(ui, enabled, text);
+    }
+    sized(
+        ui,
+        enabled,
+        egui::Button::new(text),
+        vec2(ui.available_width(), 32.0),
+    )
+}
+
+/// The button for what is to be done next, as wide as a share of the room.
+pub(super) fn wide_primary(ui: &mut Ui, text: &str, width: f32) -> Response {
+    let text = RichText::new(text).strong().color(Color32::WHITE);
+    sized(
+        ui,
+        true,
+        egui::Button::new(text).fill(ACCENT),
+        vec2(width, 27.0),
+    )
 }
 
 /// An ordinary button that is as wide as a share of the room.
@@ -104,7 +98,7 @@ pub(super) fn swatch(ui: &mut Ui, colour: Rgb, size: Vec2) -> Response {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let rim = ui.visuals().widgets.noninteractive.bg_stroke.color;
     ui.painter()
-        .rect_filled(rect, CornerRadius::same(3), colour32(colour));
+        .rect_filled(rect, CornerRadius::same(3), screen_colour(colour));
     ui.painter().rect_stroke(
         rect,
         CornerRadius::same(3),

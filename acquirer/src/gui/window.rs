@@ -21,11 +21,12 @@ use super::{
     preferences::Preferences,
     sources::Source,
     style::{self, SIDE_WIDTH},
-    widget_list,
     worker::{FileWorker, RigWorker, Teller},
 };
 use crate::session::Cancel;
 
+/// Names the file that gets a list of what stands in the window.
+const WIDGETS: &str = "ACQUIRER_WIDGETS";
 /// Jobs that can wait.
 const JOBS: usize = 8;
 /// Events between two repaints; the threads wait when the window is slower.
@@ -52,7 +53,7 @@ impl Window {
         context: &egui::Context,
     ) -> std::io::Result<Self> {
         style::apply(context);
-        widget_list::start_if_wanted(context);
+        look::widget_list::start_if_wanted(context, WIDGETS);
         let (job_sender, jobs) = sync_channel(JOBS);
         let (file_sender, file_jobs) = sync_channel(JOBS);
         let (events_sender, events) = sync_channel(EVENTS);
@@ -182,6 +183,17 @@ fn side(model: &mut Model, ui: &mut Ui) {
             messages::tasks(model, ui);
             ui.add_space(4.0);
         });
+    if model.side != Side::Scan {
+        egui::Panel::bottom("next").resizable(false).show(ui, |ui| {
+            ui.add_space(6.0);
+            match model.side {
+                Side::Source => source::next(model, ui),
+                Side::Colours => colours::next(model, ui),
+                Side::Scan => {}
+            }
+            ui.add_space(6.0);
+        });
+    }
     egui::ScrollArea::vertical()
         .id_salt(("side", model.side as u8))
         .auto_shrink(false)

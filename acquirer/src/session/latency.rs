@@ -116,6 +116,7 @@ impl Latency {
                 exposure: nothing,
                 change: nothing,
                 frame_ms,
+                settling: None,
             },
             taken_every_ms: frame_ms,
             flashes: 0,

@@ -23,7 +23,7 @@ mod widgets;
 
 mod style;
 
-pub use style::install as install_style;
+pub use look::style::install as install_style;
 
 use std::net::SocketAddr;
 

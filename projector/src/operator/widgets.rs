@@ -4,6 +4,7 @@ use egui::{
     Atom, Button, Color32, ComboBox, CornerRadius, Grid, Id, Rect, Response, RichText, Role,
     Stroke, StrokeKind, Theme, Ui, WidgetInfo, vec2,
 };
+pub(super) use look::style::screen_colour;
 use shared::pattern::{Palette, Rgb};
 
 use super::style;
@@ -18,11 +19,6 @@ pub(super) fn card(ui: &mut Ui, heading: &str, content: impl FnOnce(&mut Ui)) {
         ui.label(RichText::new(heading).strong());
         content(ui);
     });
-}
-
-/// A projector colour as the monitor shows it.
-pub(super) fn screen_colour(Rgb([red, green, blue]): Rgb) -> Color32 {
-    Color32::from_rgb(red, green, blue)
 }
 
 /// A square of a colour, to stand before its name.

@@ -33,6 +33,8 @@ use crate::{
 
 /// Title of the window.
 const TITLE: &str = "projector - operator";
+/// Names the file that gets a list of what stands in the window.
+const WIDGETS: &str = "PROJECTOR_WIDGETS";
 /// Size of the window where there is room, in points.
 const SIZE: LogicalSize<f64> = LogicalSize::new(1080.0, 720.0);
 /// Distance from the monitor's corner, in pixels.
@@ -104,6 +106,7 @@ impl OperatorWindow {
         surface.configure(&gpu.device, &config);
         let context = egui::Context::default();
         operator::install_style(&context);
+        look::widget_list::start_if_wanted(&context, WIDGETS);
         let input = egui_winit::State::new(
             context.clone(),
             egui::ViewportId::ROOT,

@@ -264,7 +264,7 @@ impl Sampler<'_> {
         let ways = [0, 1].map(|side| (arms.outer_px[side] - arms.inner_px).max(0.0));
         let step_px = (ways[0].max(ways[1]) / self.most_steps).max(self.least_step_px);
         let aside = (0.25 * family.width_px).clamp(1.0, 2.0);
-        let mut places = [[(0, 0); ACROSS]; MOST_SAMPLES];
+        let mut places = [[0; ACROSS]; MOST_SAMPLES];
         let mut found = 0;
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             if !arms.seen[side] {
@@ -279,8 +279,7 @@ impl Sampler<'_> {
             }
         }
         let places = &places[..found];
-        let numbers = places.as_flattened().iter();
-        self.looker.fetch(numbers.map(|&pixel| self.number(pixel)));
+        self.looker.fetch(places.as_flattened().iter().copied());
         let (mut count, mut clipped, mut sum) = (0, 0, Sample::default());
         for &pixels in places {
             match self.sample(pixels) {
@@ -300,42 +299,36 @@ impl Sampler<'_> {
         }
     }
 
-    /// Pixels side by side across a line.
-    fn pixels(
-        &self,
-        axis: Axis,
-        (along, across): (f64, f64),
-        aside: f64,
-    ) -> [(usize, usize); ACROSS] {
-        [-aside, 0.0, aside].map(|offset| match axis {
-            Axis::Row => self.pixel(along, across + offset),
-            Axis::Column => self.pixel(across + offset, along),
-        })
+    /// Pixels side by side across a line, numbered row by row.
+    #[inline]
+    fn pixels(&self, axis: Axis, (along, across): (f64, f64), aside: f64) -> [usize; ACROSS] {
+        let (width, height) = (self.seen.light.width(), self.seen.light.height());
+        // the pixel that holds a position, or the nearest one
+        let inside = |position: f64, length: usize| (position.max(0.0) as usize).min(length - 1);
+        let number = |across: f64| match axis {
+            Axis::Row => inside(across, height) * width + inside(along, width),
+            Axis::Column => inside(along, height) * width + inside(across, width),
+        };
+        [
+            number(across - aside),
+            number(across),
+            number(across + aside),
+        ]
     }
 
     /// The mean of pixels across the line; `None` where all channels are clipped.
-    fn sample(&self, pixels: [(usize, usize); ACROSS]) -> Option<Sample> {
-        let light = self.looker.mean_at(pixels.map(|pixel| self.number(pixel)));
+    #[inline]
+    fn sample(&self, pixels: [usize; ACROSS]) -> Option<Sample> {
+        let light = self.looker.mean_at(pixels);
         let gain = self.seen.gain.map_or(1.0, |image| {
-            let sum: f32 = pixels.iter().map(|&(x, y)| image.at(x, y)).sum();
-            (sum / pixels.len() as f32).clamp(0.1, 1.5)
+            let width = self.seen.light.width();
+            let gains = pixels.iter().map(|at| image.at(at % width, at / width));
+            (gains.sum::<f32>() / pixels.len() as f32).clamp(0.1, 1.5)
         });
         light.usable.contains(&true).then(|| Sample {
             light: light.above_black,
             full: light.white.map(|white| gain * white),
             variance: light.variance,
         })
-    }
-
-    /// A pixel's number, row by row.
-    fn number(&self, (x, y): (usize, usize)) -> usize {
-        y * self.seen.light.width() + x
-    }
-
-    /// The pixel that holds a position, or the nearest one.
-    fn pixel(&self, x: f64, y: f64) -> (usize, usize) {
-        let inside = |position: f64, length: usize| (position.max(0.0) as usize).min(length - 1);
-        let light = self.seen.light;
-        (inside(x, light.width()), inside(y, light.height()))
     }
 }

@@ -1,5 +1,6 @@
 //! A crossing refined: the intersection of two curves fitted to its arms.
 
+use nalgebra::{Matrix3, Vector3};
 use shared::geometry::CameraPixel;
 
 use super::{Arms, Crossing, CrossingSettings};
@@ -151,9 +152,11 @@ impl Curve {
     /// Least squares, once more without points beyond three times the median deviation; a parabola only
     /// where it explains much more than a straight line.
     fn robust(points: &mut Points, may_bend: bool) -> Option<Self> {
-        let mut curve = Self::straight(points.as_slice())?;
-        for _ in 0..2 {
-            curve = Self::of_points(points.as_slice(), may_bend)?;
+        let mut curve = Self::of_points(points.as_slice(), may_bend)?;
+        for round in 0..2 {
+            if round > 0 {
+                curve = Self::of_points(points.as_slice(), may_bend)?;
+            }
             let mut off = [0.0; 2 * MOST_ON_ARM];
             let off = &mut off[..points.count];
             for (off, point) in off.iter_mut().zip(points.as_slice()) {
@@ -210,14 +213,20 @@ impl Curve {
     }
 
     fn bent(points: &[Point]) -> Option<Self> {
-        let mut normal = nalgebra::Matrix3::<f64>::zeros();
-        let mut right = nalgebra::Vector3::<f64>::zeros();
+        // sums of the powers of t from 0 to 4, and of x times those to 2
+        let (mut powers, mut right) = ([0.0; 5], [0.0; 3]);
         for &(t, x) in points {
-            let row = nalgebra::Vector3::new(1.0, t, t * t);
-            normal += row * row.transpose();
-            right += row * x;
+            let square = t * t;
+            let terms = [1.0, t, square, t * square, square * square];
+            for (sum, term) in powers.iter_mut().zip(terms) {
+                *sum += term;
+            }
+            for (sum, term) in right.iter_mut().zip(terms) {
+                *sum += term * x;
+            }
         }
-        let solved = normal.cholesky()?.solve(&right);
+        let normal = Matrix3::from_fn(|row, column| powers[row + column]);
+        let solved = normal.cholesky()?.solve(&Vector3::from(right));
         Some(Self([solved[0], solved[1], solved[2]]))
     }
 }

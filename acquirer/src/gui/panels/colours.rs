@@ -9,6 +9,8 @@ use crate::gui::{
     style::{self, GAP},
 };
 
+/// Height of a colour's bar with its name, in points.
+const BAR_HEIGHT: f32 = 15.0;
 const PLACES: [&str; 4] = ["First", "Second", "Third", "Fourth"];
 
 /// Shows the panel.
@@ -16,7 +18,7 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     style::heading(
         ui,
         "Colours of the grid",
-        "All sixteen are shown on the scene; the four that the camera tells apart best draw the grid.",
+        "All are shown on the scene; the four told apart best draw the grid.",
     );
     let ready = model.is_ready();
     let first = model.colours.measured.is_none();
@@ -40,25 +42,30 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     ui.scope(|ui| bars(&model.colours, ui));
     ui.add_space(GAP);
     choice(&mut model.colours, ui);
-    ui.add_space(4.0);
-    let may_apply = model.may_apply();
-    let apply = style::primary(ui, may_apply, "Apply to the projector");
-    let hint =
-        "The projector's grid takes these colours (A). A scan begun in other colours is ended.";
-    if apply.on_hover_text(hint).clicked() {
-        model.apply_colours();
-    }
-    let there = model.colours.measured.is_some() && model.rig.is_ok() && !may_apply && ready;
-    if there {
-        ui.horizontal(|ui| {
-            style::lamp(ui, style::GOOD);
-            ui.label("The projector shows these colours.");
-        });
-        if ui.button("Next: scan").clicked() {
-            model.side = Side::Scan;
-        }
-    }
     reasons(&model.colours, ui);
+}
+
+/// What to do next, below the panel and always in sight: send the choice, then go on to the scan.
+pub(in crate::gui) fn next(model: &mut Model, ui: &mut Ui) {
+    cost(&mut model.colours, ui);
+    let may_apply = model.may_apply();
+    let there = model.colours.measured.is_some() && model.is_ready() && model.are_colours_there();
+    if !there {
+        let apply = style::primary(ui, may_apply, "Apply to the projector");
+        let hint =
+            "The projector's grid takes these colours (A). A scan begun in other colours is ended.";
+        if apply.on_hover_text(hint).clicked() {
+            model.apply_colours();
+        }
+        return;
+    }
+    ui.horizontal(|ui| {
+        style::lamp(ui, style::GOOD);
+        ui.label("The projector shows these colours.");
+    });
+    if style::primary(ui, true, "Next: scan").clicked() {
+        model.side = Side::Scan;
+    }
 }
 
 /// A bar for each colour, as long as the pixels that were recovered of it.
@@ -69,7 +76,7 @@ fn bars(colours: &Colours, ui: &mut Ui) {
         .unwrap_or(1)
         .max(1);
     ui.spacing_mut().item_spacing.y = 1.0;
-    ui.spacing_mut().interact_size.y = 16.0;
+    ui.spacing_mut().interact_size.y = BAR_HEIGHT;
     for entry in colours.palette.colours() {
         let score = measured.and_then(|m| m.colours.iter().find(|c| c.colour == entry.colour));
         let place = colours.best.iter().position(|&c| c == entry.colour);
@@ -78,7 +85,7 @@ fn bars(colours: &Colours, ui: &mut Ui) {
             let name = RichText::new(&entry.name).small();
             let name = if place.is_some() { name.strong() } else { name };
             let left = egui::Layout::left_to_right(egui::Align::Center);
-            ui.allocate_ui_with_layout(vec2(92.0, 16.0), left, |ui| {
+            ui.allocate_ui_with_layout(vec2(92.0, BAR_HEIGHT), left, |ui| {
                 ui.set_min_width(92.0);
                 ui.add(egui::Label::new(name).truncate());
             });
@@ -121,7 +128,7 @@ fn bar(ui: &mut Ui, colour: Rgb, share: Option<f32>, width: f32) {
             ),
         );
         ui.painter()
-            .rect_filled(grown, rounding, style::colour32(colour));
+            .rect_filled(grown, rounding, style::screen_colour(colour));
     }
     let rim = egui::Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color);
     ui.painter()
@@ -157,7 +164,6 @@ fn choice(colours: &mut Colours, ui: &mut Ui) {
     if before != (colours.best, colours.unary) {
         colours.overridden = true;
     }
-    cost(colours, ui);
 }
 
 /// A menu of the sixteen colours.

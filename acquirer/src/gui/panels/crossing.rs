@@ -57,7 +57,7 @@ fn piece(model: &mut Model, view: &StageView, crossing: &DecodedCrossing, ui: &m
     let Some((_, image)) = view.steps.first() else {
         return;
     };
-    let texture = model.pictures.texture(ui.ctx(), "step 0", image);
+    let texture = model.pictures.texture(ui.ctx(), "crossing", image);
     let [width, height] = image.size.map(|side| side as f32);
     let (x, y) = (crossing.centre.x as f32, crossing.centre.y as f32);
     let half = PIECE_PX / 2.0;
@@ -112,7 +112,7 @@ fn sequence(grid: &Grid, axis: Axis, line: usize, ui: &mut Ui) {
         );
         if let Some(colour) = grid.line_colour(axis, k) {
             ui.painter()
-                .rect_filled(cell, CornerRadius::same(2), style::colour32(colour));
+                .rect_filled(cell, CornerRadius::same(2), style::screen_colour(colour));
         }
     }
     let left = rect.left() + start as f32 * step - 1.5;

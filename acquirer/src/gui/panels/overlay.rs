@@ -99,7 +99,8 @@ fn labels(painter: &Painter, overlay: &Overlay, place: Place) {
     }
 }
 
-fn cross(painter: &Painter, at: Pos2, colour: Color32) {
+/// The mark of a hole.
+pub(super) fn cross(painter: &Painter, at: Pos2, colour: Color32) {
     for (width, colour) in [(4.0, RIM), (2.2, colour)] {
         let stroke = Stroke::new(width, colour);
         painter.line_segment([at - vec2(4.0, 4.0), at + vec2(4.0, 4.0)], stroke);

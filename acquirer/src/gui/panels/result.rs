@@ -89,6 +89,8 @@ fn shift_map(model: &mut Model, scan: &OpenScan, ui: &mut Ui) {
 
 /// The scan in a line of figures.
 pub(super) fn figures(scan: &OpenScan, ui: &mut Ui) {
+    // a figure goes to the next line as a whole
+    ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
     ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(scan.name()).strong());
         for (stage, name) in [
@@ -122,6 +124,7 @@ pub(super) fn figures(scan: &OpenScan, ui: &mut Ui) {
             ui.label(format!("object up to {:.1} mm high", difference.largest_mm));
         }
     });
+    ui.style_mut().wrap_mode = None;
     for warning in &scan.summary.warnings {
         ui.colored_label(style::FAIR, warning);
     }

@@ -1,8 +1,9 @@
 //! A scan: without the object, with it, each judged before it is kept; then the next object, or another scan.
 
-use eframe::egui::{self, RichText, Ui};
+use eframe::egui::{self, RichText, Sense, Ui, vec2};
 use shared::stage::Stage;
 
+use super::overlay;
 use crate::{
     gui::{
         events::{FileJob, Job, Place, Who},
@@ -30,6 +31,37 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     more(model, ui);
 }
 
+/// What is to be done next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Next {
+    Record(Stage),
+    Keep(Stage),
+    Compute,
+    Nothing,
+}
+
+fn next(model: &Model) -> Next {
+    for (stage, slot) in Stage::BOTH.into_iter().zip(&model.scan.stages) {
+        if !slot.recorded {
+            return Next::Record(stage);
+        }
+        if !slot.accepted {
+            return Next::Keep(stage);
+        }
+    }
+    if is_computed(model) {
+        Next::Nothing
+    } else {
+        Next::Compute
+    }
+}
+
+/// Whether the result is that of the scan at hand.
+fn is_computed(model: &Model) -> bool {
+    let result = model.result.as_ref();
+    result.is_some_and(|scan| Some(&scan.dir) == model.scan.dir.as_ref())
+}
+
 struct Words {
     title: &'static str,
     record: &'static str,
@@ -55,6 +87,7 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
     let words = words(stage);
     let slot = &model.scan.stages[usize::from(stage == Stage::Object)];
     let (recorded, accepted) = (slot.recorded, slot.accepted);
+    let next = next(model);
     let quality = slot.view.as_ref().map(|view| view.quality.clone());
     ui.horizontal(|ui| {
         ui.label(RichText::new(words.title).strong());
@@ -78,7 +111,8 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
     });
     if !recorded {
         let may = model.may_record(stage);
-        if style::primary(ui, may, words.record)
+        let is_next = next == Next::Record(stage);
+        if style::step(ui, may, words.record, is_next)
             .on_hover_text(words.hint)
             .clicked()
         {
@@ -95,7 +129,11 @@ fn stage(model: &mut Model, stage: Stage, ui: &mut Ui) {
     ui.horizontal(|ui| {
         let half = style::half(ui);
         let text = if accepted { "Kept" } else { "Keep" };
-        let keep = style::wide(ui, quality.is_some() && !accepted, text, half);
+        let may_keep = quality.is_some() && !accepted;
+        let keep = match next == Next::Keep(stage) && may_keep {
+            true => style::wide_primary(ui, text, half),
+            false => style::wide(ui, may_keep, text, half),
+        };
         if keep.on_hover_text("Go on with these captures").clicked() {
             accept(model, stage);
         }
@@ -135,8 +173,19 @@ fn show_quality(ui: &mut Ui, quality: &Quality) {
     ui.spacing_mut().interact_size.y = 16.0;
     for (&reason, count) in &quality.holes {
         ui.horizontal(|ui| {
-            style::lamp(ui, hole_colour(reason));
+            let (place, _) = ui.allocate_exact_size(vec2(10.0, 14.0), Sense::hover());
+            overlay::cross(ui.painter(), place.center(), hole_colour(reason));
             ui.label(RichText::new(format!("{count} {}", reason_words(reason))).small());
+        });
+    }
+    let unseen = quality.unseen();
+    if unseen > 0 {
+        ui.horizontal(|ui| {
+            style::lamp(ui, ui.visuals().weak_text_color());
+            ui.label(RichText::new(format!("{unseen} not in sight")).small())
+                .on_hover_text(
+                    "Outside the picture, hidden, or so weak that no line was found there",
+                );
         });
     }
     let clipped = quality.clipped_percent;
@@ -164,17 +213,15 @@ fn finish(model: &mut Model, ui: &mut Ui) {
     let any = model.scan.stages.iter().any(|slot| slot.recorded);
     ui.label(RichText::new("3  Shape").strong());
     let may = any && !model.is_busy(Who::Files) && !model.is_busy(Who::Rig);
-    let again = model
-        .result
-        .as_ref()
-        .is_some_and(|scan| Some(&scan.dir) == model.scan.dir.as_ref());
-    let text = if again {
+    let text = if is_computed(model) {
         "Compute the shape again"
     } else {
         "Compute the shape"
     };
     let hint = "Labels, shifts, surface and report, written beside the captures";
-    if style::primary(ui, may, text).on_hover_text(hint).clicked() {
+    let is_next = next(model) == Next::Compute;
+    let compute = style::step(ui, may, text, is_next);
+    if compute.on_hover_text(hint).clicked() {
         read(model);
     }
 }

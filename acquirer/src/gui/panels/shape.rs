@@ -30,6 +30,8 @@ const MOST_DOTS: usize = 6000;
 const DOT_SIDE: f32 = 1.6;
 /// Dots lie this share of the depth range before the surface, or cells would cover them.
 const DOT_LIFT: f32 = 0.02;
+/// From the box to what is written beside it, in points.
+const LABEL_OFFSET: f32 = 20.0;
 /// Steepest look from above or below, in radians.
 const STEEPEST: f32 = 1.5;
 /// From where the light comes: right, down, away.
@@ -197,12 +199,15 @@ fn axes(painter: &Painter, view: &View, in_mm: bool, ink: Color32) {
         for &(a, b) in &edges {
             painter.line_segment([a, b], stroke);
         }
-        // the lowest edge on the window carries the numbers
-        let lowest = edges.iter().max_by(|a, b| {
-            let middle = |edge: &(Pos2, Pos2)| edge.0.y + edge.1.y;
+        // numbers stand outside: of what is upright at the left, of the others below
+        let outer = edges.iter().max_by(|a, b| {
+            let middle = |edge: &(Pos2, Pos2)| match axis {
+                1 => -edge.0.x - edge.1.x,
+                _ => edge.0.y + edge.1.y,
+            };
             middle(a).total_cmp(&middle(b))
         });
-        if let Some(&(a, b)) = lowest {
+        if let Some(&(a, b)) = outer {
             let font = FontId::proportional(11.0);
             let number = |value: f32| {
                 tick_label(
@@ -210,14 +215,20 @@ fn axes(painter: &Painter, view: &View, in_mm: bool, ink: Color32) {
                     f64::from(view.high[axis] - view.low[axis]),
                 )
             };
-            let below = vec2(0.0, 12.0);
             let along = b - a;
+            let outwards = (a + 0.5 * along - view.centre).normalized() * LABEL_OFFSET;
             for (at, text) in [
                 (a + 0.1 * along, number(view.low[axis])),
                 (b - 0.1 * along, number(view.high[axis])),
-                (a + 0.5 * (b - a), name.to_owned()),
+                (a + 0.5 * along, name.to_owned()),
             ] {
-                painter.text(at + below, Align2::CENTER_CENTER, text, font.clone(), ink);
+                painter.text(
+                    at + outwards,
+                    Align2::CENTER_CENTER,
+                    text,
+                    font.clone(),
+                    ink,
+                );
             }
         }
     }

@@ -28,8 +28,11 @@ pub(in crate::gui) fn show(model: &mut Model, ui: &mut Ui) {
     camera(model, ui);
     ui.add_space(GAP);
     about(model, ui);
-    ui.add_space(GAP);
-    if style::primary(ui, true, "Next: colours").clicked() {
+}
+
+/// What to do next, below the panel and always in sight.
+pub(in crate::gui) fn next(model: &mut Model, ui: &mut Ui) {
+    if style::primary(ui, model.rig.is_ok(), "Next: colours").clicked() {
         model.side = Side::Colours;
     }
 }

@@ -4,12 +4,7 @@ use eframe::egui::{self, Rect, RichText, Sense, Ui, pos2, vec2};
 use shared::stage::Stage;
 
 use super::{crossing, live::fitted, overlay};
-use crate::gui::{
-    model::Model,
-    open_scan::StageView,
-    preferences::Overlays,
-    style::{self, MAT},
-};
+use crate::gui::{model::Model, open_scan::StageView, preferences::Overlays, style::MAT};
 
 /// Farthest click from a crossing, in camera pixels.
 const REACH_PX: f32 = 40.0;
@@ -106,11 +101,9 @@ fn step(model: &mut Model, view: &StageView, k: usize, room: Rect, ui: &mut Ui) 
         .rect_filled(below, egui::CornerRadius::same(4), MAT);
     let size = image.size.map(|side| side as f32);
     let target = fitted(vec2(size[0], size[1]), below.shrink(2.0));
-    let texture = model.pictures.texture(
-        ui.ctx(),
-        &format!("step {}", if is_grid { 0 } else { k }),
-        image,
-    );
+    let scale = target.width() * ui.pixels_per_point() / size[0].max(1.0);
+    let shown = (format!("step {k}"), image, scale);
+    let texture = model.pictures.reduced(ui.ctx(), &shown.0, shown.1, shown.2);
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     let painter = ui.painter_at(below);
     painter.image(texture.id(), target, whole, egui::Color32::WHITE);
@@ -129,8 +122,10 @@ fn step(model: &mut Model, view: &StageView, k: usize, room: Rect, ui: &mut Ui) 
         .crossing
         .and_then(|k| view.overlay.labels.get(k));
     if let Some((at, _)) = selected {
-        let stroke = egui::Stroke::new(2.5, style::ACCENT);
-        painter.circle_stroke(place.at(*at), 9.0, stroke);
+        for (width, colour) in [(5.0, egui::Color32::BLACK), (2.5, egui::Color32::WHITE)] {
+            let stroke = egui::Stroke::new(width, colour);
+            painter.circle_stroke(place.at(*at), 11.0, stroke);
+        }
     }
     let pointed = response
         .interact_pointer_pos()

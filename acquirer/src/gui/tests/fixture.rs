@@ -65,7 +65,7 @@ impl Tested {
         let places = ("bench:4460".to_owned(), "scan".into());
         let model = Model::new(ports, preferences, source, places, false);
         let harness = Harness::builder()
-            .with_size([1280.0, 690.0])
+            .with_size([1280.0, 720.0])
             .with_context_setup(style::apply)
             .build_ui_state(|ui, model: &mut Model| window::show(model, ui), model);
         Self {

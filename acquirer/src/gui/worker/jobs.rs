@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 use shared::{
     pattern::{Palette, Rgb},
+    protocol::View,
     stage::Stage,
 };
 
@@ -32,9 +33,18 @@ impl RigWorker {
             self.need_latency(rig)?;
         }
         match *job {
-            Job::PickColours { apply } => self.pick_colours(apply, rig, session),
-            Job::ApplyColours(best, unary) => self.apply_colours((best, unary), rig, session),
-            Job::Record(stage) => self.record(stage, rig, session),
+            Job::PickColours { apply } => {
+                self.pick_colours(apply, rig, session)?;
+                show_grid(rig)
+            }
+            Job::ApplyColours(best, unary) => {
+                self.apply_colours((best, unary), rig, session)?;
+                show_grid(rig)
+            }
+            Job::Record(stage) => {
+                self.record(stage, rig, session)?;
+                show_grid(rig)
+            }
             Job::NextObject => self.next_object(session),
             Job::NewScan => {
                 session.folder = None;
@@ -111,6 +121,10 @@ impl RigWorker {
         }
         session.folder = None;
         self.teller.tell(Event::NewScan);
+        let palette = Palette::default();
+        let names = best.map(|colour| palette.name_of(colour));
+        let told = format!("the grid is drawn in {}", names.join(", "));
+        self.teller.tell(Event::Note(told));
         Ok(())
     }
 
@@ -152,6 +166,7 @@ impl RigWorker {
         for warning in recording_warnings(rig, &now, &self.config.record)? {
             self.teller.tell(Event::Note(format!("warning: {warning}")));
         }
+        let calibration = self.calibration();
         let scan = NewScan {
             dir: &fresh_folder(&self.out),
             config: &self.config,
@@ -159,7 +174,7 @@ impl RigWorker {
                 .selection
                 .as_ref()
                 .filter(|selection| selection.best.as_slice() == now.pattern.coded.colours()),
-            calibration: self.calibration.as_ref(),
+            calibration: calibration.as_ref(),
         };
         Ok(scan.begin(rig)?)
     }
@@ -174,6 +189,12 @@ impl RigWorker {
         self.teller.tell(Event::NextObject(dir));
         Ok(())
     }
+}
+
+/// Leaves the coded grid on the wall, so that the live picture shows what was done.
+fn show_grid(rig: &mut Rig) -> anyhow::Result<()> {
+    rig.projector.show(View::Coded)?;
+    Ok(())
 }
 
 /// A new scan folder that holds the background of another one, and everything that stands beside its captures.

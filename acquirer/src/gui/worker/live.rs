@@ -121,7 +121,7 @@ impl RigWorker {
             record: self.config.record.clone(),
             pipeline: PipelineSettings::live(),
         };
-        let calibration = self.calibration;
+        let calibration = self.calibration();
         let cancel = self.cancel.clone();
         let scene = (&now, calibration.as_ref());
         let mut begun = false;

@@ -20,6 +20,7 @@ use super::{
     sources::Source,
 };
 use crate::{
+    camera::{CameraSpec, load_scene},
     cli::{RigArgs, open_rig},
     config::Config,
     pipeline::colour_choice::ColourSelection,
@@ -191,6 +192,15 @@ impl RigWorker {
         if session.queue.is_empty() {
             self.teller.tell(Event::Idle(Who::Rig));
         }
+    }
+
+    /// The calibration of what is recorded now: a simulated room has its own, for all else the one that was given.
+    fn calibration(&self) -> Option<RigCalibration> {
+        let own = match &self.source.camera {
+            Some(CameraSpec::Simulated(room)) => load_scene(room).ok(),
+            _ => None,
+        };
+        own.map(|scene| scene.calibration()).or(self.calibration)
     }
 
     fn tell_connected(&self, rig: &Rig) -> anyhow::Result<()> {

@@ -97,7 +97,14 @@ pub fn tag_frames(
         } else {
             problem.held_for(label, timing.least_hold_ms())
         };
-        for frame in labelled.pure_frames(place, label, held) {
+        let settled = runs[place].frames.iter().copied();
+        let settled =
+            settled.filter(|&k| problem.is_settled(label, frames[k].stamp_ms - offset_ms));
+        for frame in labelled
+            .pure_frames(place, label, held)
+            .into_iter()
+            .chain(settled)
+        {
             tags[frame] = Tag::Shows(label);
         }
     }
@@ -273,6 +280,13 @@ impl Problem<'_> {
         });
         let miss = too_early.max(0.0).hypot(too_late.max(0.0));
         (0.5 * (miss / TIME_SIGMA_MS).powi(2)).min(TIME_MOST)
+    }
+
+    /// Whether the clocks vouch that a frame of this stamp shows a pattern all over.
+    fn is_settled(&self, pattern: usize, stamp_ms: f64) -> bool {
+        let begin = pattern.checked_sub(1).map(|k| stamp_ms - self.shown_ms[k]);
+        let end = self.shown_ms.get(pattern).map(|next| stamp_ms - next);
+        self.timing.is_settled(begin, end)
     }
 
     /// Whether the pattern and those beside it were up for so long, in milliseconds.

@@ -7,7 +7,10 @@
 //! how far it can move before they become clearly less likely. It fails quietly when something else in the scene
 //! flickers in step with the flashes, which their irregular order makes unlikely.
 
-use super::{Estimate, Timing};
+use super::{
+    Estimate, Timing,
+    settling::{Settling, SinceFlash},
+};
 
 /// Latencies that are looked for, in milliseconds.
 const SEARCHED_MS: (f64, f64) = (-200.0, 1200.0);
@@ -64,15 +67,17 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
     let readout = fit.uncertainty(best, Axis::Readout);
     let exposure = fit.uncertainty(best, Axis::Exposure);
     let change = best.exposure + best.readout + best.jitter;
+    let jitter = Estimate {
+        ms: best.jitter,
+        uncertainty_ms: fit.uncertainty(best, Axis::Jitter),
+    };
+    let seen = changes.iter().map(|change| &change.frames[..]);
     Some(Timing {
         latency: Estimate {
             ms: best.latency(),
             uncertainty_ms: middle.hypot(readout / 2.0).hypot(exposure / 2.0),
         },
-        jitter: Estimate {
-            ms: best.jitter,
-            uncertainty_ms: fit.uncertainty(best, Axis::Jitter),
-        },
+        jitter,
         readout: Estimate {
             ms: best.readout,
             uncertainty_ms: readout,
@@ -86,6 +91,7 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
             uncertainty_ms: fit.longest_change(best) - change,
         },
         frame_ms,
+        settling: Settling::of_changes(seen, (best.middle, frame_ms), jitter),
     })
 }
 
@@ -128,7 +134,7 @@ fn newest(flashes: &[Flash], moment: f64) -> Option<&Flash> {
 
 /// The frames around one change: time since the change was shown, and each band's share of the new light.
 struct Change {
-    frames: Vec<(f64, Vec<Option<f64>>)>,
+    frames: Vec<SinceFlash>,
 }
 
 /// Gives each frame to the change that is nearest to it under a delay; flashes that change nothing are none.

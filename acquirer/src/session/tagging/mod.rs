@@ -25,6 +25,8 @@ mod ends;
 
 mod align;
 
+mod settling;
+
 mod timing;
 
 mod flash;
@@ -36,4 +38,5 @@ pub use flash::{Flash, find_timing};
 pub use look::{BANDS, Band, Look, LookNoise, NoiseLaw};
 pub use order::outstanding_order;
 pub use runs::{FrameKind, Seen};
+pub use settling::Settling;
 pub use timing::{Estimate, Timing, whole_holds_ms};

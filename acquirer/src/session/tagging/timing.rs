@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::BANDS;
+use super::{BANDS, Settling};
 
 /// A measured time with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -43,6 +43,8 @@ pub struct Timing {
     pub change: Estimate,
     /// From frame to frame, in milliseconds.
     pub frame_ms: f64,
+    /// What the flashes show of it directly, if they do.
+    pub settling: Option<Settling>,
 }
 
 impl Timing {
@@ -67,11 +69,27 @@ impl Timing {
     }
 
     /// Camera frames for which a pattern is held so that `whole` frames show nothing else: 2 for one frame when
-    /// exposure, read-out and jitter together last no longer than a frame, more otherwise.
+    /// exposure, read-out and jitter together last no longer than a frame, or when the flashes spoilt one each; more
+    /// otherwise. Of several whole frames the inner ones are told by their neighbours, whatever the clocks say.
     #[must_use]
     pub fn hold_frames(&self, whole: usize) -> usize {
-        let least = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
+        let modelled = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
+        let least = match &self.settling {
+            Some(seen) if whole > 1 => modelled.min(seen.most_mixed + 1),
+            Some(seen) => modelled.min(seen.hold_frames),
+            None => modelled,
+        };
         least.max(2) + whole.max(1) - 1
+    }
+
+    /// Whether the clocks vouch that a frame shows one pattern only, stamped so long after that was shown, and so long
+    /// after the next one was, in milliseconds.
+    #[must_use]
+    pub fn is_settled(&self, since_ms: Option<f64>, since_next_ms: Option<f64>) -> bool {
+        self.settling.is_some_and(|seen| {
+            since_ms.is_none_or(|since| since >= seen.new_from_ms)
+                && since_next_ms.is_none_or(|since| since <= seen.old_until_ms)
+        })
     }
 
     /// The timing of a rig that did worse than was measured, on a busy machine say: times count for less with each time
@@ -80,6 +98,7 @@ impl Timing {
     pub fn after_failures(mut self, failures: usize) -> Self {
         let more = failures.saturating_sub(1) as f64;
         self.jitter.uncertainty_ms += more * self.frame_ms;
+        self.settling = self.settling.filter(|_| failures < 2);
         self
     }
 

@@ -3,6 +3,7 @@
 //! This crate opens no socket, no window and no camera, and asks no clock. It writes no file but those that hold
 //! secrets.
 
+pub mod computer;
 pub mod field;
 pub mod geometry;
 pub mod pattern;

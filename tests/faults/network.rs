@@ -1,4 +1,4 @@
-//! The network is bad, or is cut.
+//! The network is bad, or is cut; the projector is found on it.
 
 use std::{
     fs,
@@ -9,8 +9,9 @@ use std::{
 };
 
 use rig_tests::{ProjectorProgram, built_program, relay};
+use serde_json::Value;
 
-use super::{PATIENCE, assert_done, message, pair, scan};
+use super::{PATIENCE, assert_done, assert_fails, message, pair, scan, until};
 
 #[test]
 fn a_scan_over_a_network_of_200_ms_and_5_percent_loss_is_as_good() {
@@ -64,12 +65,25 @@ impl OtherComputer {
                 "dev",
                 "eth0",
             ])
-            && ip(&["-n", name, "link", "set", "eth0", "up"]);
+            && ip(&["-n", name, "link", "set", "eth0", "up"])
+            && ip(&["-n", name, "link", "set", "lo", "up"]);
         made.then_some(this)
     }
 
     fn cable(&self, way: &str) {
         assert!(ip(&["link", "set", &self.name, way]));
+    }
+
+    /// A command as it is run there.
+    fn runs(&self, command: &Command) -> Command {
+        let mut there = Command::new("ip");
+        there
+            .args(["netns", "exec", &self.name])
+            .arg(command.get_program())
+            .args(command.get_args());
+        let set = command.get_envs();
+        there.envs(set.filter_map(|(name, value)| Some((name, value?))));
+        there
     }
 }
 
@@ -154,6 +168,52 @@ fn a_controller_whose_network_is_cut_is_noticed_and_may_come_back() {
         child.kill().unwrap();
         child.wait().unwrap();
     }
+}
+
+#[test]
+fn a_paired_projector_is_found_on_the_cable_by_itself() {
+    let Some(other) = OtherComputer::new() else {
+        eprintln!(
+            "SKIPPED: no network namespaces here (they need root): no projector was looked for"
+        );
+        return;
+    };
+    let root = tempfile::tempdir().unwrap();
+    let home = root.path().join("projector");
+    let projector = ProjectorProgram::on_network(&home, "0").unwrap();
+    let address = format!("{}:{}", other.address, projector.port());
+    let mut find = Command::new(built_program("acquirer").unwrap());
+    find.args(["find", "--json"])
+        .env("XDG_CONFIG_HOME", root.path());
+    let mut find = other.runs(&find);
+    // others may be there, of other tests
+    let mut found = || {
+        until("the projector does not announce itself", || {
+            let output = find.output().unwrap();
+            let list: Value = serde_json::from_slice(&output.stdout).ok()?;
+            let mut list = list["projectors"].as_array().unwrap().clone().into_iter();
+            list.find(|found| found["address"] == address.as_str())
+        })
+    };
+    assert_eq!(found()["paired"], false);
+    let automatic = |out: &str| {
+        let out = root.path().join(out);
+        let scan = scan("auto", &out, root.path());
+        other.runs(&scan).output().unwrap()
+    };
+    assert_fails(&automatic("unpaired"), &format!("at {address}"));
+
+    // paired by an address that it has for itself alone
+    pair(&projector, projector.address(), &home, root.path());
+    let named = found();
+    assert_eq!(named["paired"], true);
+    assert_eq!(named["version"], env!("CARGO_PKG_VERSION"));
+    assert_done(&automatic("scan"));
+
+    other.cable("down");
+    let output = find.output().unwrap();
+    assert_fails(&output, "no projector announces itself");
+    assert_fails(&automatic("away"), "no projector announces itself");
 }
 
 fn python_dir() -> PathBuf {

@@ -25,6 +25,7 @@ use crate::{
     after_help = "Examples:
   acquirer demo                                       the whole rig in a simulated room
   acquirer cameras --controls                         which cameras are there, and how they can be set
+  acquirer find                                       which projectors are on the network
   acquirer pair CODE                                  once, with a projector on the network
   acquirer doctor --camera /dev/video0                is the rig well, and what is to be done
   acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0
@@ -64,6 +65,8 @@ pub(super) struct WindowArgs {
 pub(super) enum Command {
     /// List the cameras with their formats, sizes and rates.
     Cameras(CamerasArgs),
+    /// List the projectors that announce themselves on the network.
+    Find(FindArgs),
     /// Get to know a projector on the network by the code that it shows or `projector pair` prints.
     Pair(PairArgs),
     /// Examine the rig before it is used: screen, pixels, focus, automatics, exposure, flicker, latency, frames,
@@ -89,7 +92,7 @@ pub(super) enum Command {
 /// Which rig.
 #[derive(Debug, Clone, ClapArgs)]
 pub struct RigArgs {
-    /// The projector program, as HOST:PORT.
+    /// The projector program, as HOST:PORT, or `auto` for the paired one that announces itself on the network.
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:4460")]
     pub projector: String,
     /// The camera: /dev/videoN, replay:DIR (a recorded scan), or sim:SCENE (a file's name in config/scenes, or a
@@ -279,6 +282,19 @@ pub(super) struct DoctorArgs {
     /// Which rig.
     #[command(flatten)]
     pub rig: RigArgs,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `acquirer find`.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:
+  acquirer find
+  acquirer scan --out cup --projector auto           with the only one that is paired
+
+Exit codes: 0 some were found, 1 none or it failed, 2 wrong use.")]
+pub(super) struct FindArgs {
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,

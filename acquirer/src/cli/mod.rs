@@ -11,6 +11,7 @@ mod console;
 mod demo;
 mod doctor;
 mod draw;
+mod find;
 mod live;
 mod pair;
 mod process;
@@ -58,6 +59,7 @@ fn run(args: Args, cancel: &Cancel, warnings: &Warnings) -> anyhow::Result<()> {
     match args.command {
         None => window::run(args.window, cancel, warnings),
         Some(Command::Cameras(args)) => list_cameras(&args),
+        Some(Command::Find(args)) => find::run(&args),
         Some(Command::Pair(args)) => pair::run(&args, cancel),
         Some(Command::Colours(args)) => colours::run(&args, cancel),
         Some(Command::Scan(args)) => scan::run(&args, cancel),

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use image::RgbImage;
-use shared::protocol::PairingCode;
+use shared::{computer, protocol::PairingCode};
 
 use super::args::PairArgs;
 use crate::{
@@ -24,7 +24,7 @@ pub(super) fn run(args: &PairArgs, cancel: &Cancel) -> anyhow::Result<()> {
         (None, Some(camera)) => look_for_code(camera, args, cancel)?,
         (None, None) => bail!("give the pairing code, or --camera to read it from the wall"),
     };
-    let name = format!("acquirer on {}", this_computer());
+    let name = format!("acquirer on {}", computer::name());
     let address = pair(&code, args.projector.as_deref(), &name)?;
     eprintln!("paired; from now on: --projector {address}");
     println!("{address}");
@@ -63,9 +63,4 @@ pub fn code_in(picture: &RgbImage) -> Option<PairingCode> {
     let found = prepared.detect_grids();
     let texts = found.iter().filter_map(|grid| grid.decode().ok());
     texts.filter_map(|(_, text)| text.parse().ok()).next()
-}
-
-fn this_computer() -> String {
-    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").context("no name");
-    name.map_or_else(|_| "a computer".to_owned(), |name| name.trim().to_owned())
 }

@@ -12,7 +12,7 @@ use super::{args::RigArgs, console::Console};
 use crate::{
     camera::{CameraSpec, open_camera, v4l2::list_cameras},
     config::Config,
-    projector_link::{LinkSettings, ProjectorLink},
+    projector_link::{self, LinkSettings, ProjectorLink},
     scan::ScanFolder,
     session::{Cancel, Rig, SessionError, measure_latency, set_exposure},
 };
@@ -22,7 +22,8 @@ use crate::{
 /// # Errors
 /// A projector that can't be reached or has another controller, a camera that can't be opened.
 pub fn open_rig(args: &RigArgs, config: &Config) -> anyhow::Result<Rig> {
-    let mut settings = LinkSettings::new(&args.projector, "acquirer", Role::Controller);
+    let address = projector_link::resolve(&args.projector)?;
+    let mut settings = LinkSettings::new(&address, "acquirer", Role::Controller);
     settings.take_over = args.take_over;
     let projector = ProjectorLink::connect(&settings)?;
     let spec = match &args.camera {
@@ -33,7 +34,7 @@ pub fn open_rig(args: &RigArgs, config: &Config) -> anyhow::Result<Rig> {
         show_recorded_grid(&projector, dir)?;
     }
     let settings = args.camera_settings.over(&config.camera);
-    let camera = open_camera(&spec, &settings, Some(&args.projector))?;
+    let camera = open_camera(&spec, &settings, Some(&address))?;
     Ok(Rig::new(projector, camera))
 }
 

@@ -10,12 +10,14 @@
 
 mod clock_offset;
 mod connection;
+mod discovery;
 mod error;
 mod notices;
 mod pairing;
 mod wire;
 
 pub use clock_offset::{ClockOffset, Ping};
+pub use discovery::{AUTO, FindError, Found, find, resolve};
 pub use error::LinkError;
 pub use notices::Notice;
 pub use pairing::{PairError, pair};

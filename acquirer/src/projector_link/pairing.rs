@@ -65,8 +65,7 @@ pub fn pair(code: &PairingCode, address: Option<&str>, name: &str) -> Result<Str
         token: token.to_owned(),
     };
     remembered.projectors.insert(address.clone(), entry);
-    let json = serde_json::to_vec_pretty(&remembered).map_err(io::Error::other)?;
-    private_file::write(&path()?, &json)?;
+    write(&remembered)?;
     Ok(address)
 }
 
@@ -81,6 +80,29 @@ pub(super) fn remembered(address: &str) -> io::Result<Option<Credentials>> {
     }
 }
 
+/// Whether this computer is paired with the projector of this certificate, at whatever address.
+pub(super) fn is_paired(fingerprint: Fingerprint) -> io::Result<bool> {
+    let fingerprint = fingerprint.to_string();
+    let remembered = read()?;
+    let mut entries = remembered.projectors.values();
+    Ok(entries.any(|entry| entry.fingerprint == fingerprint))
+}
+
+/// Remembers a paired projector by one more address. The connection checks its certificate all the same.
+pub(super) fn remember_at(fingerprint: &str, address: &str) -> io::Result<()> {
+    let mut remembered = read()?;
+    let known = |entry: &&Entry| entry.fingerprint == fingerprint;
+    let at_address = remembered.projectors.get(address);
+    if at_address.is_some_and(|entry| known(&entry)) {
+        return Ok(());
+    }
+    if let Some(entry) = remembered.projectors.values().find(known).cloned() {
+        remembered.projectors.insert(address.to_owned(), entry);
+        write(&remembered)?;
+    }
+    Ok(())
+}
+
 fn read() -> io::Result<Remembered> {
     let Ok(path) = path() else {
         // without a home nothing was remembered
@@ -92,6 +114,11 @@ fn read() -> io::Result<Remembered> {
             serde_json::from_slice(&bytes).map_err(|error| broken(&path, &error.to_string()))
         }
     }
+}
+
+fn write(remembered: &Remembered) -> io::Result<()> {
+    let json = serde_json::to_vec_pretty(remembered).map_err(io::Error::other)?;
+    private_file::write(&path()?, &json)
 }
 
 fn broken(path: &std::path::Path, why: &str) -> io::Error {

@@ -113,6 +113,12 @@ impl Access {
         self.tls.clone()
     }
 
+    /// What the projector is known by.
+    #[must_use]
+    pub fn fingerprint(&self) -> Fingerprint {
+        self.fingerprint
+    }
+
     /// Notes where clients reach the projector, and opens a pairing code where nobody is paired yet.
     ///
     /// # Errors

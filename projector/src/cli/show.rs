@@ -9,6 +9,7 @@ use shared::pattern::RasterSize;
 use super::{ShowArgs, pair};
 use crate::{
     access::Access,
+    announcement::Announcement,
     config::{self, Config},
     control::{Control, ControlSettings, Listening},
     screen::{self, OperatorSettings, Orders, Placement, Reporter, WhenOperator, WindowSettings},
@@ -29,8 +30,11 @@ enum Screen {
 pub(super) fn run(args: ShowArgs, warnings: Warnings) -> anyhow::Result<()> {
     let mut plan = plan(args)?;
     let listening = Listening::bind(&plan.listen)?;
+    let mut announcement = None;
     if !listening.address().ip().is_loopback() {
-        plan.control.access = Some(Arc::new(protect(listening.address())?));
+        let access = protect(listening.address())?;
+        announcement = announce_on_network(listening.address(), &access);
+        plan.control.access = Some(Arc::new(access));
     }
     if let Screen::Window(settings) = &mut plan.screen {
         settings.operator.listening = Some(listening.address());
@@ -40,6 +44,7 @@ pub(super) fn run(args: ShowArgs, warnings: Warnings) -> anyhow::Result<()> {
     ctrlc::set_handler(move || for_signals.end()).context("cannot take Ctrl-C and SIGTERM")?;
     let (control, reporter) = Control::start(listening, plan.control, orders.clone(), announce)?;
     let shown = show(plan.screen, orders, reporter, warnings);
+    drop(announcement);
     let stopped = control.stop();
     shown?;
     stopped?;
@@ -59,6 +64,13 @@ fn protect(address: SocketAddr) -> anyhow::Result<Access> {
         ),
     }
     Ok(access)
+}
+
+/// Clients find the projector by themselves; where that fails they still reach it by its address.
+fn announce_on_network(address: SocketAddr, access: &Access) -> Option<Announcement> {
+    Announcement::start(address, access.fingerprint())
+        .inspect_err(|error| tracing::warn!("clients must be told the address: {error}"))
+        .ok()
 }
 
 /// The command line goes before the configuration file, and that before the shipped values.

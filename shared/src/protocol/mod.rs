@@ -46,5 +46,8 @@ pub const MAX_HOLD_MS: u32 = 60_000;
 /// The TCP port the projector listens on unless told otherwise.
 pub const DEFAULT_PORT: u16 = 4460;
 
+/// The kind of service that a projector on a network announces itself as, by multicast DNS (RFC 6762 and 6763).
+pub const SERVICE: &str = "_colour-grid._tcp.local.";
+
 #[cfg(test)]
 mod tests;

@@ -74,7 +74,9 @@ impl Timing {
     #[must_use]
     pub fn hold_frames(&self, whole: usize) -> usize {
         let modelled = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
-        let least = match &self.settling {
+        // where the latency spreads over more than a frame, sixteen flashes say too little
+        let steady = self.jitter.at_most() <= self.frame_ms;
+        let least = match self.settling.filter(|_| steady) {
             Some(seen) if whole > 1 => modelled.min(seen.most_mixed + 1),
             Some(seen) => modelled.min(seen.hold_frames),
             None => modelled,

@@ -4,6 +4,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    sync::atomic::{AtomicU32, Ordering},
     thread,
     time::{Duration, Instant},
 };
@@ -43,13 +44,19 @@ struct OtherComputer {
 impl OtherComputer {
     /// Nothing where the system lets nobody make one, which needs root.
     fn new() -> Option<Self> {
-        let id = std::process::id() % 10_000;
+        // tests run side by side, in this program and in others
+        static MADE: AtomicU32 = AtomicU32::new(0);
+        let (id, number) = (
+            std::process::id() % 10_000,
+            MADE.fetch_add(1, Ordering::Relaxed),
+        );
+        let net = format!("10.{}.{}", 231 + number, id % 250);
         let this = Self {
-            name: format!("rig{id}"),
-            address: format!("10.231.{}.1", id % 250),
+            name: format!("rig{id}-{number}"),
+            address: format!("{net}.1"),
         };
         let (name, address) = (&this.name, &this.address);
-        let there = format!("10.231.{}.2", id % 250);
+        let there = format!("{net}.2");
         let made = ip(&["netns", "add", name])
             && ip(&[
                 "link", "add", name, "type", "veth", "peer", "name", "eth0", "netns", name,

@@ -1,7 +1,7 @@
 //! Broken input for everything that reads bytes from outside. Each target reads its input as the programs do; whatever
 //! comes, it must end, soon, without a panic, and what was read must be read the same from what it is written as.
 //!
-//! Inputs come from [`random`] changes and, guided by coverage, from the crate in `tests/fuzz`.
+//! Inputs come from random changes and, guided by coverage, from the crate in `tests/fuzz`.
 
 mod random;
 

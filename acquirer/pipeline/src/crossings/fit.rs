@@ -152,27 +152,22 @@ impl Curve {
     /// Least squares, once more without points beyond three times the median deviation; a parabola only
     /// where it explains much more than a straight line.
     fn robust(points: &mut Points, may_bend: bool) -> Option<Self> {
-        let mut curve = Self::of_points(points.as_slice(), may_bend)?;
-        for round in 0..2 {
-            if round > 0 {
-                curve = Self::of_points(points.as_slice(), may_bend)?;
-            }
-            let mut off = [0.0; 2 * MOST_ON_ARM];
-            let off = &mut off[..points.count];
-            for (off, point) in off.iter_mut().zip(points.as_slice()) {
-                *off = (point.1 - curve.at(point.0)).abs();
-            }
-            let middle = off.len() / 2;
-            let (_, median, _) = off.select_nth_unstable_by(middle, f64::total_cmp);
-            let limit = (3.0 * 1.483 * *median).max(0.05);
-            let near = |p: &Point| (p.1 - curve.at(p.0)).abs() <= limit;
-            let kept = points.as_slice().iter().filter(|point| near(point)).count();
-            if kept == points.count || kept < 5 {
-                break;
-            }
-            points.retain(near);
+        let curve = Self::of_points(points.as_slice(), may_bend)?;
+        let mut off = [0.0; 2 * MOST_ON_ARM];
+        let off = &mut off[..points.count];
+        for (off, point) in off.iter_mut().zip(points.as_slice()) {
+            *off = (point.1 - curve.at(point.0)).abs();
         }
-        Some(curve)
+        let middle = off.len() / 2;
+        let (_, median, _) = off.select_nth_unstable_by(middle, f64::total_cmp);
+        let limit = (3.0 * 1.483 * *median).max(0.05);
+        let near = |p: &Point| (p.1 - curve.at(p.0)).abs() <= limit;
+        let kept = points.as_slice().iter().filter(|point| near(point)).count();
+        if kept == points.count || kept < 5 {
+            return Some(curve);
+        }
+        points.retain(near);
+        Self::of_points(points.as_slice(), may_bend)
     }
 
     /// Straight, or bent where that explains much more.

@@ -17,6 +17,8 @@ const TOLERATED: f64 = 0.08;
 const LEAST_JUDGED: f64 = 0.5;
 /// Frames further from the change than this many frame times are not needed.
 const REACH_FRAMES: f64 = 3.0;
+/// Where the latency spreads over more than this share of a frame, sixteen flashes say too little.
+const MOST_JITTER_FRAMES: f64 = 0.5;
 /// What stamps and clocks miss, in milliseconds, and how much further than seen the latency may spread, as a share of the
 /// largest jitter that may be: that fifteen changes of sixteen flashes all stay in one half of it is one case in 30 000.
 const MISS_MS: f64 = 2.0;
@@ -44,12 +46,15 @@ pub(super) type SinceFlash = (f64, Vec<Option<f64>>);
 
 impl Settling {
     /// From the frames around each change; `middle` is about where a frame is half old and half new. `None` when old or
-    /// new frames were not seen.
+    /// new frames were not seen, or the latency spreads too much.
     pub(super) fn of_changes<'a>(
         changes: impl Iterator<Item = &'a [SinceFlash]> + Clone,
         (middle, frame_ms): (f64, f64),
         jitter: Estimate,
     ) -> Option<Self> {
+        if jitter.at_most() > MOST_JITTER_FRAMES * frame_ms {
+            return None;
+        }
         let near = |frame: &&SinceFlash| {
             (frame.0 - middle).abs() <= REACH_FRAMES * frame_ms && is_judged(&frame.1)
         };

@@ -43,7 +43,7 @@ pub struct Timing {
     pub change: Estimate,
     /// From frame to frame, in milliseconds.
     pub frame_ms: f64,
-    /// What the flashes show of it directly, if they do.
+    /// What the flashes show of it directly, if they tell enough.
     pub settling: Option<Settling>,
 }
 
@@ -74,7 +74,7 @@ impl Timing {
     #[must_use]
     pub fn hold_frames(&self, whole: usize) -> usize {
         let modelled = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
-        let least = match self.told_settling() {
+        let least = match self.settling {
             Some(seen) if whole > 1 => modelled.min(seen.most_mixed + 1),
             Some(seen) => modelled.min(seen.hold_frames),
             None => modelled,
@@ -82,17 +82,11 @@ impl Timing {
         least.max(2) + whole.max(1) - 1
     }
 
-    /// What the flashes say; too little where the latency spreads over more than half a frame.
-    fn told_settling(&self) -> Option<Settling> {
-        let steady = self.jitter.at_most() <= 0.5 * self.frame_ms;
-        self.settling.filter(|_| steady)
-    }
-
     /// Whether the clocks vouch that a frame shows one pattern only, stamped so long after that was shown, and so long
     /// after the next one was, in milliseconds.
     #[must_use]
     pub fn is_settled(&self, since_ms: Option<f64>, since_next_ms: Option<f64>) -> bool {
-        self.told_settling().is_some_and(|seen| {
+        self.settling.is_some_and(|seen| {
             since_ms.is_none_or(|since| since >= seen.new_from_ms)
                 && since_next_ms.is_none_or(|since| since <= seen.old_until_ms)
         })

@@ -69,8 +69,7 @@ fn stages(group: &mut Group<'_>, scan: &SimulatedScan, captures: &Captures) {
         });
     });
     let references = find_references(black, white, &response, &settings.reference);
-    let dark = references.black.as_ref().expect("black was captured");
-    let light = LineLight::new((prmvs, &response), dark, &references, &settings.gain);
+    let light = LineLight::new((prmvs, &response), &references).expect("both were captured");
     let coded = &scan.projected.pattern.coded;
     let nominal: Vec<_> = coded
         .colours()

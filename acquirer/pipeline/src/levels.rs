@@ -19,6 +19,16 @@ pub(super) struct Level {
 }
 
 impl Level {
+    /// From linear light under black projection, what white adds to it, and the clipped channels' bits.
+    pub(super) fn new(black: [f32; 3], white: [f32; 3], clipped: u8) -> Self {
+        let step = |v: f32| (v * STEPS + 0.5) as u16; // saturates
+        Self {
+            black: black.map(step),
+            white: white.map(step),
+            clipped,
+        }
+    }
+
     /// Light under black projection.
     #[inline(always)]
     pub(super) fn black(&self) -> [f32; 3] {
@@ -34,14 +44,9 @@ impl Level {
 
 /// The levels of all pixels, row by row.
 pub(super) fn levels(black: &Light, white: &Channels, clipped: &[u8]) -> Vec<Level> {
-    let step = |v: f32| (v * STEPS + 0.5) as u16; // saturates
     let mut levels = vec![Level::default(); clipped.len()];
     levels.par_iter_mut().enumerate().for_each(|(at, level)| {
-        *level = Level {
-            black: [0, 1, 2].map(|c| step(black.channels[c].values()[at])),
-            white: [0, 1, 2].map(|c| step(white[c].values()[at])),
-            clipped: clipped[at],
-        };
+        *level = Level::new(black.channels.at(at), white.at(at), clipped[at]);
     });
     levels
 }

@@ -46,9 +46,11 @@ pub mod densify;
 mod levels;
 mod pictures;
 mod reader;
+mod region;
 mod settings;
 mod spare;
 mod stale;
+mod stand_ins;
 mod wide;
 
 pub mod thesis;

@@ -5,18 +5,13 @@
 //! channel counts as bright and uncertain; where only white was clipped, white counts as full scale, so that a line in a
 //! highlight is still seen.
 
-use std::borrow::Cow;
-
 use image::RgbImage;
 
 use super::{
     channels::Channels,
-    gain::GainSettings,
     levels::Level,
-    plane::Plane,
     reference::{NoiseLaw, References},
     response::{CLIPPED_LIGHT, Light, Response},
-    tiles::Tiles,
 };
 
 /// The repeated captures of one grid, and what black and white projection give there.
@@ -29,7 +24,7 @@ pub struct LineLight<'a> {
     /// Light under black projection.
     pub black: &'a Light,
     /// Light that a white line would give, per channel; at least so much where it was clipped.
-    pub white: Cow<'a, Channels>,
+    pub white: &'a Channels,
     /// For each pixel bit 0, 1, 2 is set where the references of red, green, blue were clipped; may be empty.
     pub clipped: &'a [u8],
     /// Whether `white` was measured; else it is a guess that carries no albedo.
@@ -59,31 +54,22 @@ const CLIPPED_VARIANCE: f32 = 0.25;
 const WHITE_CLIPPED_ERROR: f32 = 0.3;
 
 impl<'a> LineLight<'a> {
-    /// Captures over measured black and white light. Without measured white the strongest light of the
-    /// neighbourhood stands for it.
+    /// Captures over black and white light that were captured both; `None` if one was not.
     #[must_use]
     pub fn new(
         (frames, response): (&'a [RgbImage], &'a Response),
-        black: &'a Light,
         references: &'a References,
-        settings: &GainSettings,
-    ) -> Self {
-        let white = references.white.as_ref();
-        let mut light = Self {
+    ) -> Option<Self> {
+        Some(Self {
             frames,
             response,
-            black,
-            white: Cow::Owned(Default::default()),
+            black: references.black.as_ref()?,
+            white: references.white.as_ref()?,
             clipped: &references.clipped,
-            white_is_measured: white.is_some(),
+            white_is_measured: true,
             noise: references.noise,
             levels: &references.levels,
-        };
-        light.white = match white {
-            Some(white) => Cow::Borrowed(white),
-            None => Cow::Owned(light.strongest(settings)),
-        };
-        light
+        })
     }
 
     /// Pixels in a row.
@@ -112,69 +98,9 @@ impl<'a> LineLight<'a> {
         }
     }
 
-    /// Without a measured white, the unary grid's light over its own colour stands for it, if that colour
-    /// has all three channels; lines then have their own albedo and profile as reference.
-    pub(super) fn take_white_from(&mut self, unary: &Self, colour: [f32; 3]) {
-        if self.white_is_measured || !stands_for_white(colour) {
-            return;
-        }
-        let mut white = unary.above_black();
-        for (plane, share) in white.planes_mut().iter_mut().zip(colour) {
-            let pixels = plane.values_mut().iter_mut();
-            pixels.for_each(|v| {
-                *v = if *v < CLIPPED_LIGHT {
-                    (*v / share).max(0.0)
-                } else {
-                    0.0
-                }
-            });
-        }
-        self.white = Cow::Owned(white);
-        self.white_is_measured = true;
-    }
-
     /// Shares of one capture's variance in the mean of the grid's and of black's repeats.
     pub(super) fn shares(&self) -> [f32; 2] {
         [self.frames.len(), self.black.repeats].map(|repeats| 1.0 / repeats.max(1) as f32)
-    }
-
-    /// Light above black as pictures; at least [`CLIPPED_LIGHT`] less black where clipped.
-    fn above_black(&self) -> Channels {
-        let (width, height) = (self.width(), self.height());
-        let mut planes = std::array::from_fn(|_| Plane::filled(width, height, 0.0));
-        let mut light = std::array::from_fn(|_| vec![0.0; width]);
-        for y in 0..height {
-            self.response.light_row(self.frames, y, &mut light);
-            for (c, plane) in planes.iter_mut().enumerate() {
-                let blacks = self.black.channels[c].row(y).iter().zip(&light[c]);
-                let values = plane.values_mut()[y * width..].iter_mut().zip(blacks);
-                values.for_each(|(v, (&k, &l))| *v = if l < CLIPPED_LIGHT { l - k } else { l });
-            }
-        }
-        Channels::new(planes)
-    }
-
-    /// The strongest channel near the top of each tile: what a line gives there.
-    fn strongest(&self, settings: &GainSettings) -> Channels {
-        let light = self.above_black();
-        let mut strongest = light[0].clone();
-        for channel in [&light[1], &light[2]] {
-            let pixels = strongest.values_mut().iter_mut().zip(channel.values());
-            pixels.for_each(|(most, &light)| *most = most.max(light));
-        }
-        strongest
-            .values_mut()
-            .iter_mut()
-            .for_each(|v| *v = v.min(1.0));
-        let (width, height) = (strongest.width(), strongest.height());
-        let mut level = Tiles::quantile(&strongest, settings.tile_px, 0.97).spread(width, height);
-        let least = self.noise.floor.iter().copied().fold(0.0, f32::max);
-        let least = 4.0 * least.sqrt();
-        level
-            .values_mut()
-            .iter_mut()
-            .for_each(|v| *v = v.max(least));
-        Channels::new([level.clone(), level.clone(), level])
     }
 }
 
@@ -252,10 +178,4 @@ impl Looker<'_> {
         }
         mean
     }
-}
-
-/// Whether light of this colour (linear, 0 to 1 per channel) tells what white would give in every channel.
-pub(super) fn stands_for_white(colour: [f32; 3]) -> bool {
-    const LEAST: f32 = 0.15; // of full light in each channel, for a usable signal
-    colour.iter().all(|&share| share >= LEAST)
 }

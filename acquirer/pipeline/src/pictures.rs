@@ -100,26 +100,24 @@ fn dimmed(gain: &RgbImage) -> RgbImage {
 
 fn mask(seen: &Seen<'_>, settings: &PipelineSettings) -> RgbImage {
     let (width, height) = (seen.coded.width(), seen.coded.height());
-    let lit = lit_mask(seen.references, &settings.reference)
-        .unwrap_or_else(|| Plane::filled(width, height, 1.0));
-    let mut picture = grey(&lit);
+    let mut picture = match seen.references.white {
+        Some(_) => grey(&lit_mask(seen.coded, &settings.reference)),
+        None => RgbImage::from_pixel(width as u32, height as u32, Rgb([255; 3])),
+    };
     let mut light = std::array::from_fn(|_| vec![0.0; width]);
     for y in 0..height {
         seen.coded
             .response
             .light_row(seen.coded.frames, y, &mut light);
         for x in 0..width {
-            let before = seen
-                .references
-                .clipped
-                .get(y * width + x)
-                .copied()
-                .unwrap_or(0);
+            let before = seen.coded.clipped.get(y * width + x).copied();
             if seen.stale.holds(x, y) {
                 let pixel = picture.get_pixel_mut(x as u32, y as u32);
                 pixel.0 = [pixel.0[0] / 2, pixel.0[1] / 2, pixel.0[2] / 2 + 100];
             }
-            if before != 0 || light.iter().any(|channel| channel[x] >= CLIPPED_LIGHT) {
+            if before.is_some_and(|bits| bits != 0)
+                || light.iter().any(|channel| channel[x] >= CLIPPED_LIGHT)
+            {
                 picture.put_pixel(x as u32, y as u32, DROPPED_COLOUR);
             }
         }

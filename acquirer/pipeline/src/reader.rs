@@ -22,9 +22,10 @@ use super::{
     line_light::LineLight,
     lines::{LineBuffers, LineScale, Lines, find_lines, find_scale},
     pictures::{self, Seen},
-    reference::{References, dark_cells, find_references},
-    response::{Light, Response},
+    reference::{References, find_references},
+    response::Response,
     stale::{DarkCells, StaleTiles},
+    stand_ins::{GridKind, Grids, StandIns},
 };
 
 /// Reads grid captures of one scene.
@@ -44,6 +45,7 @@ pub struct Reader {
     decoding: Decoding,
     dark_cells: DarkCells,
     stale: StaleTiles,
+    stand_ins: StandIns,
     buffers: Buffers,
     grid: DecodedGrid,
     pictures: Vec<StagePicture>,
@@ -134,6 +136,7 @@ impl Reader {
         Ok(Self {
             dark_cells: DarkCells::new(&references),
             stale: StaleTiles::default(),
+            stand_ins: StandIns::default(),
             references,
             size: black.first().or(white.first()).map(size),
             colours: nominal(projected.pattern.coded.colours()),
@@ -173,35 +176,29 @@ impl Reader {
         unary: &[RgbImage],
     ) -> Result<&DecodedGrid, PipelineError> {
         self.check(coded, unary)?;
-        let dark = self.black_from_grids(coded, unary);
-        let Some(black) = self.references.black.as_ref().or(dark.as_ref()) else {
-            return Err(PipelineError::NoCodedCapture);
-        };
         let settings = &self.settings;
         let grid = if unary.is_empty() { coded } else { unary };
-        let mut stale = std::mem::take(&mut self.stale);
-        self.dark_cells.find_stale(&self.response, grid, &mut stale);
-        let mended = stale.any().then(|| self.mend(&stale, coded, unary));
-        let [for_coded, for_unary] = match &mended {
-            Some(mended) => mended.each_ref(),
-            None => [&self.references; 2],
+        self.dark_cells
+            .find_stale(&self.response, grid, &mut self.stale);
+        let captured = Grids {
+            coded,
+            unary,
+            unary_colour: self.unary_colour,
+            response: &self.response,
+            references: &self.references,
+            stale: &self.stale,
         };
-        let black = for_coded.black.as_ref().unwrap_or(black);
-        let buffers = &mut self.buffers;
-        let light = |frames, references| {
-            let captures = (frames, &self.response);
-            LineLight::new(captures, black, references, &settings.gain)
+        self.stand_ins.find(&captured, settings);
+        let light = |of| self.stand_ins.light(&captured, of);
+        let Some(coded) = light(GridKind::Coded) else {
+            return Err(PipelineError::NoCodedCapture);
         };
         let has_unary = !unary.is_empty();
-        let mut coded = light(coded, for_coded);
-        let unary = has_unary.then(|| light(unary, for_unary));
-        let colour = self.unary_colour;
-        if let Some(unary) = &unary {
-            coded.take_white_from(unary, colour);
-        }
+        let unary = light(GridKind::Unary).filter(|_| has_unary);
+        let buffers = &mut self.buffers;
         let grids = LitGrids {
             coded: LitGrid::new(coded, &self.colours, settings),
-            unary: unary.map(|light| LitGrid::new(light, &[colour], settings)),
+            unary: unary.map(|light| LitGrid::new(light, &[self.unary_colour], settings)),
         };
         let scale = buffers.find_gains(&grids, self.projected.pitch_widths(), settings);
         let image = (&buffers.gain, settings.gain.shrink);
@@ -232,8 +229,8 @@ impl Reader {
             .find_grid(observed, rig, &settings.grid, found);
         if settings.pictures {
             let seen = Seen {
-                references: for_coded,
-                stale: &stale,
+                references: &self.references,
+                stale: &self.stale,
                 coded: &grids.coded.light,
                 gain: &buffers.gain,
                 lines,
@@ -241,7 +238,6 @@ impl Reader {
             };
             self.pictures = pictures::draw(&seen, settings);
         }
-        self.stale = stale;
         Ok(&self.grid)
     }
 
@@ -268,47 +264,6 @@ impl Reader {
             }),
             _ => Ok(()),
         }
-    }
-
-    /// Light under black read from the grids' dark cells, when it was not captured.
-    fn black_from_grids(&self, coded: &[RgbImage], unary: &[RgbImage]) -> Option<Light> {
-        if self.references.black.is_some() {
-            return None;
-        }
-        let lights = self.lights(coded, unary);
-        dark_cells(&lights, &self.settings.reference)
-    }
-
-    /// The references for the coded and for the unary captures, with their stale tiles read from the grids: black
-    /// from the dark cells; white from the strongest light around, or better, for the coded grid, from the unary.
-    fn mend(&self, stale: &StaleTiles, coded: &[RgbImage], unary: &[RgbImage]) -> [References; 2] {
-        let lights = self.lights(coded, unary);
-        let Some(dark) = dark_cells(&lights, &self.settings.reference) else {
-            return [self.references.clone(), self.references.clone()];
-        };
-        let nothing = References {
-            black: None,
-            white: None,
-            clipped: Vec::new(),
-            noise: self.references.noise,
-            levels: Vec::new(),
-        };
-        let bare = |frames| {
-            let captures = (frames, &self.response);
-            LineLight::new(captures, &dark, &nothing, &self.settings.gain)
-        };
-        let mut from_coded = bare(coded);
-        let from_unary = bare(if unary.is_empty() { coded } else { unary });
-        if !unary.is_empty() {
-            from_coded.take_white_from(&from_unary, self.unary_colour);
-        }
-        [&from_coded, &from_unary].map(|light| stale.mend(&self.references, &dark, &light.white))
-    }
-
-    /// Mean light of the coded and of the unary captures.
-    fn lights(&self, coded: &[RgbImage], unary: &[RgbImage]) -> Vec<Light> {
-        let grids = [coded, unary].into_iter();
-        grids.filter_map(|grid| self.response.light(grid)).collect()
     }
 }
 

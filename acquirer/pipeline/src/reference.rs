@@ -2,9 +2,8 @@
 //!
 //! Takes the captures under black (K) and white (W) projection, gives their means in linear light and the
 //! noise law var = s0^2 + s1 I of each channel, fitted to the differences between repeats (G. Healey and
-//! R. Kondepudy, "Radiometric CCD camera calibration and noise estimation", 1994). Without K, K is read
-//! from the dark cells of the grid captures, tile by tile; without W there is no white reference and the
-//! later stages use the unary grid as its own. Something that moved between repeats raises the noise
+//! R. Kondepudy, "Radiometric CCD camera calibration and noise estimation", 1994). What was not captured is found in
+//! the grids' captures (`stand_ins`). Something that moved between repeats raises the noise
 //! quietly; the trimmed fit bears about a tenth of such pixels.
 
 use image::RgbImage;
@@ -13,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use super::{
     channels::Channels,
     levels::{Level, levels},
+    line_light::LineLight,
     plane::Plane,
     response::{Light, Response},
-    tiles::Tiles,
 };
 
 /// How references and noise are found.
@@ -124,28 +123,6 @@ fn white_above(mut white: Channels, black: Option<&Light>, clipped: &[u8]) -> Ch
     white
 }
 
-/// K from the grid captures: the lower quartile of each tile, which lies in the dark cells.
-pub(super) fn dark_cells(grids: &[Light], settings: &ReferenceSettings) -> Option<Light> {
-    let first = grids.first()?;
-    let (width, height) = (first.width(), first.height());
-    let channels = std::array::from_fn(|channel| {
-        let mut darkest = first.channels[channel].clone();
-        for grid in &grids[1..] {
-            let pairs = darkest
-                .values_mut()
-                .iter_mut()
-                .zip(grid.channels[channel].values());
-            pairs.for_each(|(low, &value)| *low = low.min(value));
-        }
-        Tiles::quantile(&darkest, settings.tile_px, 0.25).spread(width, height)
-    });
-    Some(Light {
-        channels: Channels::new(channels),
-        clipped: vec![0; width * height],
-        repeats: 1,
-    })
-}
-
 /// Number of classes of light in the fit of the noise law.
 const LIGHT_CLASSES: usize = 32;
 /// Share of the largest differences that is left out of each class: moving things, flicker.
@@ -231,18 +208,19 @@ fn fit_noise(classes: &mut [Vec<(f32, f32)>]) -> Option<(f32, f32)> {
     Some((((sy - growth * sx) / sw).max(0.0) as f32, growth as f32))
 }
 
-/// Where the projector's light does not reach: 1 in the light, 0 in shadow. All light without black and white.
-pub(super) fn lit_mask(references: &References, settings: &ReferenceSettings) -> Option<Plane> {
-    let (black, white) = (references.black.as_ref()?, references.white.as_ref()?);
-    let mut mask = Plane::filled(black.width(), black.height(), 1.0);
+/// Where the projector's light does not reach: 1 in the light, 0 in shadow.
+pub(super) fn lit_mask(light: &LineLight<'_>, settings: &ReferenceSettings) -> Plane {
+    let mut mask = Plane::filled(light.width(), light.height(), 1.0);
     let limit = settings.shadow_sigma as f32;
     for (at, lit) in mask.values_mut().iter_mut().enumerate() {
+        let (black, white) = (light.black.channels.at(at), light.white.at(at));
         let above = (0..3).any(|c| {
-            let (k, w) = (black.channels[c].values()[at], white[c].values()[at]);
-            let variance = references.noise.variance(c, k) + references.noise.variance(c, k + w);
+            let (k, w) = (black[c], white[c]);
+            let variance = light.noise.variance(c, k) + light.noise.variance(c, k + w);
             w > limit * variance.sqrt()
         });
-        *lit = f32::from(u8::from(above || references.clipped[at] != 0));
+        let clipped = light.clipped.get(at).is_some_and(|&bits| bits != 0);
+        *lit = f32::from(u8::from(above || clipped));
     }
-    Some(mask)
+    mask
 }

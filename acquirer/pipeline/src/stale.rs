@@ -2,16 +2,14 @@
 //!
 //! Takes the references and the grid captures, gives the tiles in which they do not belong together. The grid
 //! adds light, so nothing may be much darker than under black projection, and the dark cells between the lines
-//! get only a little scattered light. In a tile where the darkest quarter of the pixels breaks either rule, black
-//! is read from the dark cells and white from the unary grid, as if nothing had been captured there. A change
-//! that keeps a tile's light (a plain surface that moves along itself) is not seen, and does no harm.
+//! get only a little scattered light. A tile where the darkest quarter of the pixels breaks either rule is read as if
+//! nothing had been captured there. A change that keeps a tile's light (a plain surface that moves along itself) is not seen, and does no harm.
 
 use image::RgbImage;
 
 use super::{
-    channels::Channels,
-    plane::Plane,
     reference::References,
+    region::Region,
     response::{CLIPPED_LIGHT, Light, Response},
 };
 
@@ -174,7 +172,7 @@ fn is_stale(looks: &mut [Look]) -> bool {
 }
 
 /// Tiles of a picture, row by row.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(super) struct StaleTiles {
     columns: usize,
     side: usize,
@@ -182,6 +180,12 @@ pub(super) struct StaleTiles {
 }
 
 impl StaleTiles {
+    /// Makes it like another one, in the memory that it has.
+    pub(super) fn copy(&mut self, other: &Self) {
+        (self.columns, self.side) = (other.columns, other.side);
+        self.tiles.clone_from(&other.tiles);
+    }
+
     /// Whether any tile is stale.
     pub(super) fn any(&self) -> bool {
         self.tiles.contains(&true)
@@ -194,37 +198,22 @@ impl StaleTiles {
         self.tiles.get(tile).copied().unwrap_or(false)
     }
 
-    /// The references with black and white light of the stale tiles from elsewhere.
-    pub(super) fn mend(
+    /// The stale parts of a picture of the given width and height that are not stale among the `others`.
+    pub(super) fn regions_without(
         &self,
-        references: &References,
-        black: &Light,
-        white: &Channels,
-    ) -> References {
-        let mut mended = References {
-            black: references.black.clone(),
-            white: references.white.clone(),
-            clipped: references.clipped.clone(),
-            noise: references.noise,
-            levels: Vec::new(), // they are not those any more
+        others: &Self,
+        (width, height): (usize, usize),
+        regions: &mut Vec<Region>,
+    ) {
+        regions.clear();
+        let stale = self.tiles.iter().enumerate().filter(|(_, stale)| **stale);
+        let left = stale.filter(|(tile, _)| others.tiles.get(*tile) != Some(&true));
+        let pixels = |at: usize, length: usize| {
+            (at * self.side).min(length)..((at + 1) * self.side).min(length)
         };
-        for c in 0..3 {
-            if let Some(light) = &mut mended.black {
-                self.replace(&mut light.channels[c], &black.channels[c]);
-            }
-            if let Some(planes) = &mut mended.white {
-                self.replace(&mut planes[c], &white[c]);
-            }
-        }
-        mended
-    }
-
-    fn replace(&self, plane: &mut Plane, other: &Plane) {
-        let width = plane.width();
-        for (at, value) in plane.values_mut().iter_mut().enumerate() {
-            if self.holds(at % width, at / width) {
-                *value = other.values()[at];
-            }
-        }
+        regions.extend(left.map(|(tile, _)| Region {
+            columns: pixels(tile % self.columns, width),
+            rows: pixels(tile / self.columns, height),
+        }));
     }
 }

@@ -1,94 +1,144 @@
-//! Slowly varying pictures: one value per tile, bilinear between the tiles' centres.
+//! Slowly varying levels: one per tile, bilinear between the tiles' centres.
 //!
-//! Serves levels that the stages need locally: the dark between lines, the strength of lines. A change
-//! within a tile (an edge between two surfaces) is smoothed over one tile.
+//! Serves levels that the stages need locally: the dark between lines, the strength of lines. A change within a tile
+//! (an edge between two surfaces) is smoothed over one tile. Tiles are found where they are asked for, in memory that
+//! stays from frame to frame.
 
-use super::plane::Plane;
+use super::region::Region;
 
-/// One value for each square tile of a picture.
+/// `N` levels for each square tile of a picture.
 #[derive(Debug, Clone)]
-pub struct Tiles {
+pub(super) struct Tiles<const N: usize> {
     side: usize,
     columns: usize,
     rows: usize,
-    values: Vec<f32>,
+    /// `None` until found.
+    levels: Vec<Option<[f32; N]>>,
+    samples: [Vec<f32>; N],
 }
 
-impl Tiles {
-    /// Tiles of `side` pixels over a picture, from the value that `level` gives for each tile's samples
-    /// (sorted; every second pixel of every second row).
-    fn from_samples(plane: &Plane, side: usize, level: impl Fn(&[f32]) -> f32) -> Self {
-        let side = side.clamp(4, 4096);
-        let (columns, rows) = (
-            plane.width().div_ceil(side).max(1),
-            plane.height().div_ceil(side).max(1),
-        );
-        let mut values = Vec::with_capacity(columns * rows);
-        let mut samples = Vec::new();
-        for ty in 0..rows {
-            for tx in 0..columns {
-                samples.clear();
-                for y in (ty * side..((ty + 1) * side).min(plane.height())).step_by(2) {
-                    let row = plane.row(y);
-                    let end = ((tx + 1) * side).min(row.len());
-                    samples.extend(row[(tx * side).min(end)..end].iter().step_by(2));
-                }
-                samples.sort_by(f32::total_cmp);
-                values.push(level(&samples));
-            }
-        }
+impl<const N: usize> Default for Tiles<N> {
+    fn default() -> Self {
         Self {
-            side,
-            columns,
-            rows,
-            values,
+            side: 1,
+            columns: 0,
+            rows: 0,
+            levels: Vec::new(),
+            samples: std::array::from_fn(|_| Vec::new()),
         }
     }
+}
 
-    /// The quantile `share` (0 to 1) of each tile.
-    #[must_use]
-    pub fn quantile(plane: &Plane, side: usize, share: f64) -> Self {
-        Self::from_samples(plane, side, |sorted| {
-            let at = (share * sorted.len() as f64) as usize;
-            sorted
-                .get(at.min(sorted.len().saturating_sub(1)))
-                .copied()
-                .unwrap_or(0.0)
-        })
+impl<const N: usize> Tiles<N> {
+    /// Tiles of `side` pixels over a picture of the given width and height; no level is known yet.
+    pub(super) fn cover(&mut self, (width, height): (usize, usize), side: usize) {
+        self.side = side.clamp(4, 4096);
+        (self.columns, self.rows) = (width.div_ceil(self.side), height.div_ceil(self.side));
+        self.levels.clear();
+        self.levels.resize(self.columns * self.rows, None);
     }
 
-    /// The value at an edge-coordinate position, bilinear between the tiles' centres.
-    #[must_use]
-    pub fn at(&self, x: f64, y: f64) -> f32 {
-        let side = self.side as f64;
-        let cell = |position: f64, count: usize| {
-            let from_first = (position / side - 0.5).clamp(0.0, (count - 1) as f64);
-            let whole = (from_first as usize).min(count - 1);
-            (
-                whole,
-                (whole + 1).min(count - 1),
-                (from_first - whole as f64) as f32,
-            )
+    /// Finds the levels that a part of the picture needs: of each tile the quantile `share` (0 to 1) of what `sample`
+    /// gives for every second pixel of every second row.
+    pub(super) fn find(
+        &mut self,
+        (width, height): (usize, usize),
+        region: &Region,
+        share: f64,
+        sample: impl Fn(usize, usize) -> [f32; N],
+    ) {
+        if region.is_empty() || self.levels.is_empty() {
+            return;
+        }
+        let tiles = |pixels: &std::ops::Range<usize>, count| {
+            cell(pixels.start, self.side, count).before
+                ..=cell(pixels.end - 1, self.side, count).after
         };
-        let (x0, x1, fx) = cell(x, self.columns);
-        let (y0, y1, fy) = cell(y, self.rows);
-        let value = |x: usize, y: usize| self.values[y * self.columns + x];
-        let top = value(x0, y0) + fx * (value(x1, y0) - value(x0, y0));
-        let bottom = value(x0, y1) + fx * (value(x1, y1) - value(x0, y1));
-        top + fy * (bottom - top)
-    }
-
-    /// A picture of the given size.
-    #[must_use]
-    pub fn spread(&self, width: usize, height: usize) -> Plane {
-        let mut plane = Plane::filled(width, height, 0.0);
-        for y in 0..height {
-            let row = &mut plane.values_mut()[y * width..(y + 1) * width];
-            for (x, value) in row.iter_mut().enumerate() {
-                *value = self.at(x as f64 + 0.5, y as f64 + 0.5);
+        let (across, down) = (
+            tiles(&region.columns, self.columns),
+            tiles(&region.rows, self.rows),
+        );
+        for ty in down {
+            for tx in across.clone() {
+                if self.levels[ty * self.columns + tx].is_some() {
+                    continue;
+                }
+                self.samples.iter_mut().for_each(Vec::clear);
+                for y in (ty * self.side..((ty + 1) * self.side).min(height)).step_by(2) {
+                    for x in (tx * self.side..((tx + 1) * self.side).min(width)).step_by(2) {
+                        let samples = self.samples.iter_mut().zip(sample(x, y));
+                        samples.for_each(|(all, sample)| all.push(sample));
+                    }
+                }
+                let level = self.samples.each_mut().map(|all| quantile(all, share));
+                self.levels[ty * self.columns + tx] = Some(level);
             }
         }
-        plane
+    }
+
+    /// Tells the levels at the middles of some neighbouring pixels of a row, one after the other; 0 where no tile was
+    /// found.
+    pub(super) fn row(
+        &self,
+        y: usize,
+        columns: std::ops::Range<usize>,
+        mut tell: impl FnMut(usize, [f32; N]),
+    ) {
+        if self.levels.is_empty() {
+            return;
+        }
+        let down = cell(y, self.side, self.rows);
+        let level = |row: usize, column: usize| {
+            self.levels[row * self.columns + column].unwrap_or([0.0; N])
+        };
+        for x in columns {
+            let across = cell(x, self.side, self.columns);
+            let at = |row| {
+                mix(
+                    level(row, across.before),
+                    level(row, across.after),
+                    across.way,
+                )
+            };
+            tell(x, mix(at(down.before), at(down.after), down.way));
+        }
+    }
+}
+
+/// Between which tiles' centres a pixel's middle lies, along one axis.
+struct Cell {
+    before: usize,
+    after: usize,
+    /// The way to the second one, 0 to 1.
+    way: f32,
+}
+
+#[inline]
+fn cell(pixel: usize, side: usize, count: usize) -> Cell {
+    let from_first = (pixel as f32 + 0.5) / side as f32 - 0.5;
+    let from_first = from_first.clamp(0.0, (count - 1) as f32);
+    let before = (from_first as usize).min(count - 1);
+    Cell {
+        before,
+        after: (before + 1).min(count - 1),
+        way: from_first - before as f32,
+    }
+}
+
+#[inline]
+fn mix<const N: usize>(a: [f32; N], b: [f32; N], way: f32) -> [f32; N] {
+    std::array::from_fn(|k| a[k] + way * (b[k] - a[k]))
+}
+
+fn quantile(samples: &mut [f32], share: f64) -> f32 {
+    let at = (share * samples.len() as f64) as usize;
+    match samples.len().checked_sub(1) {
+        None => 0.0,
+        Some(last) => {
+            *samples
+                .select_nth_unstable_by(at.min(last), f32::total_cmp)
+                .1
+        }
     }
 }
 
@@ -96,23 +146,61 @@ impl Tiles {
 mod tests {
     use super::*;
 
+    const SIZE: (usize, usize) = (64, 48);
+
     #[test]
-    fn a_level_is_found_beside_bright_lines() {
-        let mut plane = Plane::filled(64, 48, 0.2);
-        for y in 0..48 {
-            plane.values_mut()[y * 64 + 20] = 1.0;
-        }
-        let level = Tiles::quantile(&plane, 16, 0.25).spread(64, 48);
-        assert!(level.values().iter().all(|&v| (v - 0.2).abs() < 1e-6));
+    fn a_level_is_found_beside_bright_lines_and_only_where_it_is_asked_for() {
+        let mut tiles = Tiles::default();
+        tiles.cover(SIZE, 16);
+        let sample = |x: usize, _| [if x % 16 == 4 { 1.0 } else { 0.2 }];
+        tiles.find(
+            SIZE,
+            &Region {
+                columns: 0..20,
+                rows: 0..48,
+            },
+            0.25,
+            sample,
+        );
+        let levels = |columns| {
+            let mut levels = Vec::new();
+            tiles.row(40, columns, |_, [level]| levels.push(level));
+            levels
+        };
+        assert!(
+            levels(0..20)
+                .iter()
+                .all(|&level| (level - 0.2).abs() < 1e-6)
+        );
+        assert_eq!(levels(60..64), [0.0; 4]);
+    }
+
+    #[test]
+    fn levels_change_evenly_between_the_middles_of_tiles() {
+        let mut tiles = Tiles::default();
+        tiles.cover(SIZE, 16);
+        tiles.find(SIZE, &Region::whole(SIZE), 0.5, |x, _| [(x / 16) as f32]);
+        let mut levels = Vec::new();
+        tiles.row(0, 0..64, |_, [level]| levels.push(level));
+        assert_eq!(levels[..8], [0.0; 8]);
+        assert_eq!(levels[56..], [3.0; 8]);
+        let steps = levels[8..56].windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(
+            steps
+                .into_iter()
+                .all(|step| (step - 1.0 / 16.0).abs() < 1e-5)
+        );
     }
 
     #[test]
     fn a_picture_smaller_than_a_tile_has_one_tile() {
-        let tiles = Tiles::quantile(&Plane::filled(1, 1, 0.5), 32, 0.5);
-        assert_eq!(tiles.at(0.5, 0.5), 0.5);
-        assert_eq!(
-            Tiles::quantile(&Plane::default(), 32, 0.5).at(0.0, 0.0),
-            0.0
-        );
+        let mut tiles = Tiles::default();
+        tiles.cover((1, 1), 32);
+        tiles.find((1, 1), &Region::whole((1, 1)), 0.5, |_, _| [0.5]);
+        tiles.row(0, 0..1, |_, level| assert_eq!(level, [0.5]));
+        tiles.cover((0, 0), 32);
+        tiles.row(0, 0..0, |_, _| {
+            panic!("a picture without pixels has no levels")
+        });
     }
 }

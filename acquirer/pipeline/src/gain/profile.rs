@@ -102,7 +102,7 @@ fn means(light: &LineLight<'_>, (y, columns): (usize, Range<usize>)) -> [[f32; 3
         let [black, white] = match light.levels.get(at) {
             Some(level) => [level.black(), level.white()],
             None => {
-                let [black, white] = [&light.black.channels, &*light.white];
+                let [black, white] = [&light.black.channels, light.white];
                 [black, white].map(|channels| [0, 1, 2].map(|c| channels[c].values()[at]))
             }
         };

@@ -5,6 +5,7 @@ use image::{Rgb, RgbImage};
 use super::Reader;
 use crate::{
     grid::DecodedGrid,
+    line_light::LineLight,
     plane::Plane,
     reference::lit_mask,
     subtraction::{Subtraction, subtract_background},
@@ -20,7 +21,8 @@ impl Reader {
     /// Where the projector's light reaches: 1 in the light, 0 in shadow. `None` without black and white.
     #[must_use]
     pub fn lit_mask(&self) -> Option<Plane> {
-        lit_mask(&self.references, &self.settings.reference)
+        let light = LineLight::new((&[], &self.response), &self.references)?;
+        Some(lit_mask(&light, &self.settings.reference))
     }
 
     /// A frame without its background. `None` without black, or for a frame of another size.

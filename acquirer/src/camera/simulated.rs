@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use image::RgbImage;
 use shared::protocol::{Role, Shown};
-use shared::simulation::{Room, Scene, Timeline};
+use shared::simulation::{Room, RoomCamera, Scene, Timeline};
 use shared::stage::Stage;
 
 use super::controls::ControlInfo;
@@ -272,13 +272,14 @@ impl Exposing {
     /// Takes frame after frame at the camera's rate until the reader has gone.
     fn run(&mut self, shared: &Shared) {
         let begin = monotonic_now();
+        let mut camera = RoomCamera::new(shared.room());
         let mut number = 0_u64;
         while !shared.stop.load(Ordering::Relaxed) {
             let start = begin + self.period.mul_f64(number as f64);
             let tuning = shared.controls().tuning();
             self.follow_projector_until(start + tuning.exposure + self.readout);
-            let room = shared.room();
-            let picture = room.render_tuned(&self.timeline, start, number, &tuning);
+            camera.look_at(&shared.room());
+            let picture = camera.take(&self.timeline, start, number, &tuning);
             shared.controls().see(&picture);
             // As with a webcam, the stamp is the begin of the read-out: the end of the first row's
             // exposure.

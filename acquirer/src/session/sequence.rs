@@ -157,11 +157,12 @@ impl Rig {
             .first()
             .and_then(|first| lead_before(&up, &first.view));
         let skipped = usize::from(lead.is_some());
+        let more = pass * (pass + 1) / 2; // a machine that is busy now may be so for long
         let held = shots.iter().map(|shot| {
-            let frames = self.hold_frames(shot.count) + pass;
+            let frames = self.hold_frames(shot.count) + more;
             (shot.view.clone(), frames as f64 * frame_ms)
         });
-        let lead = lead.map(|view| (view, (self.hold_frames(1) + pass) as f64 * frame_ms));
+        let lead = lead.map(|view| (view, (self.hold_frames(1) + more) as f64 * frame_ms));
         let steps: Vec<(View, f64)> = lead.into_iter().chain(held).collect();
         let played = self.play(&steps, cancel)?;
         let Some(latency) = &self.latency else {

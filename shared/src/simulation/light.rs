@@ -80,6 +80,11 @@ impl ProjectedLight {
         }
     }
 
+    /// Whether it is a clone of another one.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.texels, &other.texels)
+    }
+
     /// The light at a place: red, green, blue and nothing, 1 is full white; the mean of four texels by nearness.
     #[inline]
     pub(super) fn at(&self, place: Place) -> Vector4<f32> {

@@ -31,6 +31,8 @@ mod space;
 
 mod room;
 
+mod room_camera;
+
 mod sensor;
 
 mod tuning;
@@ -42,6 +44,7 @@ mod line_truth;
 pub use light::ProjectedLight;
 pub use line_truth::LineSample;
 pub use room::Room;
+pub use room_camera::RoomCamera;
 pub use scene::{Scene, SceneError};
 pub use space::Space;
 pub use timeline::Timeline;

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::{
     flicker::Lamp,
     light::{Place, ProjectedLight},
+    room_camera::{Gathered, RowLight},
     scene::Scene,
     sensor::Sensor,
     solid::Hit,
@@ -45,14 +46,6 @@ pub struct Room {
     pixels: Vec<Pixel>,
     /// Pixels in a row.
     width: usize,
-}
-
-/// The light on a row of the camera during its exposure.
-struct RowLight<'a> {
-    /// Ambient light as a share of its mean.
-    ambient: f32,
-    /// Projector pictures, and the share of the time that each of their colours was on.
-    projected: Vec<(&'a ProjectedLight, [f32; 3])>,
 }
 
 /// The light that a camera pixel gathers, apart from what the projector shows.
@@ -97,9 +90,9 @@ impl Room {
     pub fn render(&self, light: &ProjectedLight, frame_number: u64) -> RgbImage {
         let steady = |_| RowLight {
             ambient: 1.0,
-            projected: vec![(light, [1.0; 3])],
+            projected: vec![(light.clone(), [1.0; 3])],
         };
-        self.frame(steady, frame_number, &self.tuning)
+        self.frame(steady, frame_number, &self.tuning, &mut Gathered::default())
     }
 
     /// The frame whose exposure began at a time of the timeline.
@@ -113,17 +106,18 @@ impl Room {
         exposure_start: Duration,
         frame_number: u64,
     ) -> RgbImage {
-        self.render_tuned(timeline, exposure_start, frame_number, &self.tuning)
+        let moment = (timeline, exposure_start);
+        self.expose(moment, frame_number, &self.tuning, &mut Gathered::default())
     }
 
-    /// As [`Room::render_at`], by a camera with other settings than the scene's.
-    #[must_use]
-    pub fn render_tuned(
+    /// As [`Room::render_at`], by a camera with other settings than the scene's, which has the light of the frame
+    /// before.
+    pub(super) fn expose(
         &self,
-        timeline: &Timeline,
-        exposure_start: Duration,
+        (timeline, exposure_start): (&Timeline, Duration),
         frame_number: u64,
         tuning: &CameraTuning,
+        gathered: &mut Gathered,
     ) -> RgbImage {
         let rows = (self.pixels.len() / self.width) as f64;
         let lights = |row: usize| {
@@ -134,7 +128,7 @@ impl Room {
                 projected: timeline.between(start, end),
             }
         };
-        self.frame(lights, frame_number, tuning)
+        self.frame(lights, frame_number, tuning, gathered)
     }
 
     /// The geometry of the room.
@@ -155,36 +149,41 @@ impl Room {
         self.space.projector_at(at)
     }
 
-    fn frame<'a>(
+    fn frame(
         &self,
-        lights: impl Fn(usize) -> RowLight<'a> + Sync,
+        lights: impl Fn(usize) -> RowLight + Sync,
         frame_number: u64,
         tuning: &CameraTuning,
+        gathered: &mut Gathered,
     ) -> RgbImage {
         // 1 at the scene's own exposure, whatever that is
         let scale = tuning.exposure.as_secs_f64() / self.tuning.exposure.as_secs_f64();
-        let scale = scale as f32;
-        let mut signal = vec![[0.0_f32; 3]; self.pixels.len()];
-        let rows = signal
-            .par_chunks_mut(self.width)
-            .zip(self.pixels.par_chunks(self.width));
-        rows.enumerate().for_each(|(row, (signal, pixels))| {
-            let RowLight { ambient, projected } = lights(row);
-            for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                *signal = pixel.ambient.map(|light| light * (ambient * scale));
-            }
-            for (light, [r, g, b]) in projected {
-                let share = Vector4::new(r, g, b, 0.0) * scale;
-                for (signal, pixel) in signal.iter_mut().zip(pixels) {
-                    let gathered = pixel.gather(light).component_mul(&share);
-                    signal
-                        .iter_mut()
-                        .zip(gathered.iter())
-                        .for_each(|(s, g)| *s += g);
-                }
-            }
-        });
+        let size = (self.width, self.pixels.len() / self.width);
+        let blur = |signal: &[[f32; 3]]| self.sensor.blur(signal);
+        let signal = gathered.follow(
+            size,
+            |row| lights(row).scaled(scale as f32),
+            |row, light, signal| self.gather_row(row, light, signal),
+            blur,
+        );
         self.sensor.expose(signal, frame_number, tuning.gains())
+    }
+
+    fn gather_row(&self, row: usize, light: &RowLight, signal: &mut [[f32; 3]]) {
+        let pixels = &self.pixels[row * self.width..(row + 1) * self.width];
+        for (signal, pixel) in signal.iter_mut().zip(pixels) {
+            *signal = pixel.ambient.map(|ambient| ambient * light.ambient);
+        }
+        for (light, [r, g, b]) in &light.projected {
+            let share = Vector4::new(*r, *g, *b, 0.0);
+            for (signal, pixel) in signal.iter_mut().zip(pixels) {
+                let gathered = pixel.gather(light).component_mul(&share);
+                signal
+                    .iter_mut()
+                    .zip(gathered.iter())
+                    .for_each(|(s, g)| *s += g);
+            }
+        }
     }
 
     fn pixel(&self, scene: &Scene, index: usize) -> Pixel {

@@ -75,7 +75,7 @@ impl Timeline {
     /// sum to 1 unless the colours come one after the other.
     ///
     /// An empty span is the moment `from`.
-    pub(super) fn between(&self, from: Duration, to: Duration) -> Vec<(&ProjectedLight, [f32; 3])> {
+    pub(super) fn between(&self, from: Duration, to: Duration) -> Vec<(ProjectedLight, [f32; 3])> {
         let starts = std::iter::once((Duration::ZERO, &self.dark)).chain(
             self.shown
                 .iter()
@@ -90,7 +90,7 @@ impl Timeline {
         if span.is_zero() {
             let last = starts.take_while(|(start, _)| *start <= from).last();
             return last
-                .map(|(_, light)| (light, [1.0; 3]))
+                .map(|(_, light)| (light.clone(), [1.0; 3]))
                 .into_iter()
                 .collect();
         }
@@ -98,7 +98,7 @@ impl Timeline {
             .zip(ends)
             .map(|((start, light), end)| (light, start.max(from), end.min(to)))
             .filter(|(_, begin, end)| begin < end)
-            .map(|(light, begin, end)| (light, self.wheel.shares(begin, end, span)))
+            .map(|(light, begin, end)| (light.clone(), self.wheel.shares(begin, end, span)))
             .collect()
     }
 }

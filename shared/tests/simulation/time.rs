@@ -1,11 +1,11 @@
 //! Pictures that change while the camera looks.
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use super::{mean, plain_room};
 use shared::{
     pattern::Pattern,
-    simulation::{Room, Timeline},
+    simulation::{CameraTuning, Room, RoomCamera, Timeline},
     stage::Stage,
 };
 
@@ -78,4 +78,43 @@ fn light_follows_the_command_after_the_latency_and_old_pictures_can_be_forgotten
     );
     timeline.forget_before(Duration::from_secs(3));
     assert_eq!(level(&timeline, 3000), 0.0);
+}
+
+#[test]
+fn a_camera_that_keeps_the_light_of_the_frame_before_takes_the_same_frames() {
+    let scene = plain_room("exposure_ms = 10.0\nreadout_ms = 20.0", "", "");
+    let [room, other] = Stage::BOTH.map(|stage| Arc::new(Room::new(&scene, stage)));
+    let mut timeline = Timeline::new(&scene);
+    let mut camera = RoomCamera::new(Arc::clone(&room));
+    let tuning = CameraTuning::of(&scene);
+    for (number, picture) in [
+        &Pattern::BLACK,
+        &Pattern::WHITE,
+        &Pattern::WHITE,
+        &Pattern::BLACK,
+        &Pattern::WHITE,
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        // in the middle of a frame
+        let number = number as u64;
+        let shown = Duration::from_millis(40 * number + 15);
+        timeline.show(shown, &picture.raster(scene.projector_size()));
+        let start = Duration::from_millis(40 * number);
+        let room = if number < 4 { &room } else { &other };
+        camera.look_at(room);
+        let frame = camera.take(&timeline, start, number, &tuning);
+        assert_eq!(frame, room.render_at(&timeline, start, number));
+    }
+    let brighter = CameraTuning {
+        exposure: 2 * tuning.exposure,
+        ..tuning
+    };
+    let start = Duration::from_millis(400);
+    let [dim, bright] = [tuning, brighter].map(|tuning| {
+        let frame = camera.take(&timeline, start, 9, &tuning);
+        mean(&frame, 0, 150..170, 110..130)
+    });
+    assert!(bright > 1.2 * dim, "{dim} {bright}");
 }

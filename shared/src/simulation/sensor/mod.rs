@@ -82,25 +82,21 @@ impl Sensor {
         }
     }
 
-    /// The frame that the sensor makes of light; `signal` holds one entry per pixel. `gains` amplify red, green and
-    /// blue after the sensor.
+    /// The frame that the sensor makes of light behind the lens; `signal` holds one entry per pixel. `gains` amplify
+    /// red, green and blue after the sensor.
     pub(super) fn expose(
         &self,
-        mut signal: Vec<[f32; 3]>,
+        signal: &[[f32; 3]],
         frame_number: u64,
         gains: [f32; 3],
     ) -> RgbImage {
-        if self.blur_weights.len() > 1 {
-            signal = self.blur(&signal);
-        }
         let random = self.random.part(frame_number);
-        if self.bayer {
-            let mosaic = self.mosaic(&signal, random);
-            signal = bayer::fill_in(&mosaic, self.width);
+        let exposed = if self.bayer {
+            bayer::fill_in(&self.mosaic(signal, random), self.width)
         } else {
-            self.expose_all_colours(&mut signal, random);
-        }
-        self.compress(self.develop(&signal, gains))
+            self.expose_all_colours(signal, random)
+        };
+        self.compress(self.develop(&exposed, gains))
     }
 
     /// One exposed, noisy colour per pixel.
@@ -119,20 +115,21 @@ impl Sensor {
         mosaic
     }
 
-    fn expose_all_colours(&self, signal: &mut [[f32; 3]], random: Random) {
-        signal
+    fn expose_all_colours(&self, signal: &[[f32; 3]], random: Random) -> Vec<[f32; 3]> {
+        let mut exposed = vec![[0.0; 3]; signal.len()];
+        let rows = exposed
             .par_chunks_mut(self.width)
-            .enumerate()
-            .for_each(|(y, row)| {
-                let random = random.part(y as u64);
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    let light = *pixel;
-                    *pixel = [0, 1, 2].map(|colour| {
-                        let noise = random.normal(3 * x as u64 + colour as u64);
-                        self.read_out(self.exposed(light, colour), noise)
-                    });
-                }
-            });
+            .zip(signal.par_chunks(self.width));
+        rows.enumerate().for_each(|(y, (exposed, signal))| {
+            let random = random.part(y as u64);
+            for (x, (exposed, &light)) in exposed.iter_mut().zip(signal).enumerate() {
+                *exposed = [0, 1, 2].map(|colour| {
+                    let noise = random.normal(3 * x as u64 + colour as u64);
+                    self.read_out(self.exposed(light, colour), noise)
+                });
+            }
+        });
+        exposed
     }
 
     #[inline]
@@ -191,7 +188,11 @@ impl Sensor {
         Some(decoded.into_rgb8())
     }
 
-    fn blur(&self, signal: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    /// The light behind the lens.
+    pub(super) fn blur(&self, signal: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        if self.blur_weights.len() < 2 {
+            return signal.to_vec();
+        }
         let mut across = vec![[0.0; 3]; signal.len()];
         across
             .par_chunks_mut(self.width)

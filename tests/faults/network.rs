@@ -2,37 +2,95 @@
 
 use std::{
     fs,
+    net::{TcpListener, TcpStream},
     path::{Path, PathBuf},
     process::{Command, Stdio},
     sync::atomic::{AtomicU32, Ordering},
-    thread,
+    thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
 
-use rig_tests::{ProjectorProgram, built_program, relay};
+use rig_tests::{
+    ProjectorProgram, built_program,
+    guest::{Device, Guest},
+};
 use serde_json::Value;
 
 use super::{PATIENCE, assert_done, assert_fails, message, pair, scan, until};
+
+/// A bad network to a projector on this machine: a guest stands between, whose kernel delays and loses packets.
+struct BadNetwork {
+    /// The projector's address beyond it.
+    address: String,
+    /// Stays up until this is closed.
+    held: TcpStream,
+    guest: JoinHandle<anyhow::Result<String>>,
+}
+
+impl BadNetwork {
+    /// All that goes either way comes so much later, and of its packets so many are lost, in the words of tc.
+    fn to(projector: &ProjectorProgram, delay: &str, loss: &str) -> Self {
+        let up = TcpListener::bind("127.0.0.1:0").unwrap();
+        up.set_nonblocking(true).unwrap();
+        let (up_at, free) = (port(&up), TcpListener::bind("127.0.0.1:0").unwrap());
+        let here = port(&free);
+        drop(free);
+        let script = format!(
+            "bad-network {delay} {loss}; nc -ll -p 5000 -e nc 10.0.2.2 {} & nc 10.0.2.2 {up_at} </dev/null; \
+             /bin/tc -s qdisc show dev eth0",
+            projector.port()
+        );
+        let guest = Guest::with(Device::None)
+            .program("/usr/sbin/tc")
+            .forward(here, 5000);
+        let guest = thread::spawn(move || guest.run(&script));
+        let held = until("the guest does not come up", || {
+            if guest.is_finished() {
+                return Some(None);
+            }
+            up.accept().ok().map(|(held, _)| Some(held))
+        });
+        let Some(held) = held else {
+            panic!("the guest has gone: {:?}", guest.join());
+        };
+        Self {
+            address: format!("127.0.0.1:{here}"),
+            held,
+            guest,
+        }
+    }
+
+    /// Takes it down; gives how many packets it has lost.
+    fn end(self) -> u32 {
+        drop(self.held);
+        let said = self.guest.join().unwrap().unwrap();
+        let lost = said.split("(dropped ").nth(1).unwrap();
+        lost.split(',').next().unwrap().parse().unwrap()
+    }
+}
+
+fn port(listener: &TcpListener) -> u16 {
+    listener.local_addr().unwrap().port()
+}
 
 #[test]
 fn a_scan_over_a_network_of_200_ms_and_5_percent_loss_is_as_good() {
     let root = tempfile::tempdir().unwrap();
     let home = root.path().join("projector");
     let projector = ProjectorProgram::on_network(&home, "0").unwrap();
-    let bad = relay::Network {
-        delay: Duration::from_millis(100),
-        loses_one_in: 20,
-        retransmission: Duration::from_millis(400),
-    };
-    let address = relay::relay(projector.address(), bad).unwrap().to_string();
-    pair(&projector, &address, &home, root.path());
+    let network = BadNetwork::to(&projector, "200ms", "5%");
+    pair(&projector, &network.address, &home, root.path());
     let out = root.path().join("scan");
-    let figures = assert_done(&scan(&address, &out, root.path()).output().unwrap());
+    let scan = scan(&network.address, &out, root.path()).output().unwrap();
+    let figures = assert_done(&scan);
     // as without the network between: the frames are the same
     for stage in ["background", "object"] {
         let labelled = figures["summary"][stage]["crossings_labelled"].as_u64();
         assert!(labelled > Some(180), "{figures}");
     }
+    let lost = network.end();
+    assert!(lost > 0, "no packet was lost: the network was not bad");
+    println!("{lost} packets were lost");
 }
 
 /// A computer of its own on this machine, on a cable to it; both go with this value.

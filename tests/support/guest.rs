@@ -17,6 +17,8 @@ pub enum Device {
     Vivid,
     /// v4l2loopback, which gives what another program writes into it.
     Loopback,
+    /// No camera at all.
+    None,
 }
 
 /// Memory of the guest, in MiB: its file system lies in it, and the programs with their symbols are large.
@@ -31,7 +33,7 @@ pub struct Guest {
 }
 
 impl Guest {
-    /// A guest with a device as `/dev/video0`, which may run for ten minutes.
+    /// A guest with this device as `/dev/video0`, which may run for ten minutes.
     #[must_use]
     pub fn with(device: Device) -> Self {
         Self {
@@ -60,6 +62,14 @@ impl Guest {
         self.option("-f", path.as_ref())
     }
 
+    /// Has a port of this machine's loopback address lead to one of the guest.
+    #[must_use]
+    pub fn forward(mut self, here: u16, there: u16) -> Self {
+        self.arguments
+            .extend(["-F".to_owned(), format!("{here}:{there}")]);
+        self
+    }
+
     fn option(mut self, name: &str, path: &Path) -> Self {
         self.arguments
             .extend([name.to_owned(), path.display().to_string()]);
@@ -76,6 +86,7 @@ impl Guest {
         let device = match self.device {
             Device::Vivid => "vivid",
             Device::Loopback => "loopback",
+            Device::None => "none",
         };
         let output = Command::new(&runner)
             .args(["-d", device, "-m", MEMORY_MB, "-t"])

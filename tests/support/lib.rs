@@ -7,7 +7,6 @@ pub mod guest;
 pub mod measure;
 pub mod numbered;
 mod projector;
-pub mod relay;
 mod truth;
 mod vertices;
 

@@ -21,6 +21,7 @@ mod sources;
 mod style;
 #[cfg(test)]
 mod tests;
+mod waker;
 mod window;
 mod worker;
 
@@ -81,7 +82,7 @@ pub fn run(startup: Startup, cancel: &Cancel) -> anyhow::Result<()> {
     let cancel = cancel.clone();
     let app: eframe::AppCreator<'_> = Box::new(move |context| {
         let remembered = (preferences, told);
-        let window = window::Window::new(startup, remembered, cancel, &context.egui_ctx)?;
+        let window = window::Window::new(startup, remembered, cancel, context)?;
         Ok(Box::new(window))
     });
     // winit and wgpu panic where the desktop does not answer any more

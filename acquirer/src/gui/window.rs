@@ -21,6 +21,7 @@ use super::{
     preferences::Preferences,
     sources::Source,
     style::{self, SIDE_WIDTH},
+    waker::Waker,
     worker::{FileWorker, RigWorker, Teller},
 };
 use crate::{cli::open_rig, session::Cancel};
@@ -32,7 +33,7 @@ const JOBS: usize = 8;
 /// Events between two repaints; the threads wait when the window is slower.
 const EVENTS: usize = 64;
 /// Longest time between two repaints, so that Ctrl-C ends the window without a frame or event.
-const IDLE_REPAINT: Duration = Duration::from_millis(250);
+const IDLE_REPAINT: Duration = Duration::from_secs(1);
 
 /// The window with the file that its settings are kept in.
 pub(super) struct Window {
@@ -47,8 +48,9 @@ impl Window {
         startup: Startup,
         (preferences, told): (Preferences, Option<String>),
         cancel: Cancel,
-        context: &egui::Context,
+        created: &eframe::CreationContext<'_>,
     ) -> std::io::Result<Self> {
+        let context = &created.egui_ctx;
         style::apply(context);
         look::widget_list::start_if_wanted(context, WIDGETS);
         let (job_sender, jobs) = sync_channel(JOBS);
@@ -59,7 +61,7 @@ impl Window {
         let kept_in = startup.remember.clone();
         let teller = Teller {
             events: events_sender,
-            context: context.clone(),
+            waker: Waker::of(created),
         };
         let ports = Ports {
             jobs: job_sender,

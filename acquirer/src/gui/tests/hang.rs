@@ -25,7 +25,9 @@ use crate::{
         live_picture::LivePlace,
         model::{Model, Ports, Tab},
         preferences::Preferences,
-        style, window,
+        style,
+        waker::Waker,
+        window,
         worker::{RigWorker, Teller},
     },
     projector_link::{LinkSettings, ProjectorLink},
@@ -178,7 +180,7 @@ impl Hung {
             live,
             teller: Teller {
                 events: events_sender,
-                context: harness.ctx.clone(),
+                waker: Waker::new(&harness.ctx),
             },
         };
         thread::spawn(move || worker.run());

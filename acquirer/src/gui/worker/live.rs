@@ -10,14 +10,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use eframe::egui;
-
 use super::{RigWorker, Session};
 use crate::{
     camera::Frame,
     gui::{
         events::{Event, Who},
         live_picture::{LivePicture, LivePlace, LiveReading, Overlay, marks, wanted_picture},
+        waker::Waker,
     },
     pipeline::{PipelineSettings, Projected, Reader},
     session::{LiveSettings, LiveView, Rig, Tap, projected, read_live},
@@ -32,7 +31,7 @@ const REFRESHED_EVERY: usize = 60;
 #[derive(Clone)]
 pub(super) struct LiveTap {
     place: LivePlace,
-    context: egui::Context,
+    waker: Waker,
     counts: Arc<Mutex<Counts>>,
     /// Frames are shown with what was read from them, not before.
     only_read: Arc<AtomicBool>,
@@ -45,10 +44,10 @@ struct Counts {
 }
 
 impl LiveTap {
-    pub(super) fn new(place: LivePlace, context: egui::Context) -> Self {
+    pub(super) fn new(place: LivePlace, waker: Waker) -> Self {
         Self {
             place,
-            context,
+            waker,
             counts: Arc::default(),
             only_read: Arc::default(),
         }
@@ -79,7 +78,7 @@ impl LiveTap {
             reading,
             recovered,
         });
-        self.context.request_repaint();
+        self.waker.wake();
     }
 
     fn count(&self, frame: &Frame) -> (f64, u64) {

@@ -12,13 +12,13 @@ use std::{
     time::Duration,
 };
 
-use eframe::egui;
 use shared::{geometry::RigCalibration, protocol::ProjectorState};
 
 use super::{
     events::{Event, Job, RigInfo, Who},
     live_picture::LivePlace,
     sources::Source,
+    waker::Waker,
 };
 use crate::{
     camera::{CameraSpec, load_scene},
@@ -45,15 +45,15 @@ const SILENT_FRAMES: u32 = 25;
 pub(super) struct Teller {
     /// To the window.
     pub(super) events: SyncSender<Event>,
-    /// Wakes the window up.
-    pub(super) context: egui::Context,
+    /// Of the window.
+    pub(super) waker: Waker,
 }
 
 impl Teller {
     /// Hands an event over; the window takes them at every repaint. A window that is gone needs none.
     pub(super) fn tell(&self, event: Event) {
         if self.events.send(event).is_ok() {
-            self.context.request_repaint();
+            self.waker.wake();
         }
     }
 }
@@ -137,7 +137,7 @@ impl RigWorker {
     fn serve(&mut self, rig: &mut Rig, session: &mut Session) -> anyhow::Result<Left> {
         self.tell_connected(rig)?;
         self.begin_controls(rig, session);
-        let tap = LiveTap::new(self.live.clone(), self.teller.context.clone());
+        let tap = LiveTap::new(self.live.clone(), self.teller.waker.clone());
         let mut silent = 0;
         loop {
             if self.cancel.is_quitting() || !self.take_jobs(session) {

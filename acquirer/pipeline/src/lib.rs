@@ -1,6 +1,6 @@
 //! From captures to labelled vertices, shifts and surfaces. A crate of its own, so that the compiler sees to it that
-//! it knows no camera, window, network or clock:
-//! the same captures and settings give the same result, bit for bit, on any number of threads.
+//! it knows no camera, window, network or clock: the same captures and settings give the same result, bit for bit, on
+//! any number of threads.
 //!
 //! ```text
 //! captures -> reference, line_light -> gain -> lines -> crossings -> grid (decoded) -> shift / surface
@@ -13,7 +13,6 @@
 
 pub mod channels;
 pub mod plane;
-pub mod tiles;
 
 pub mod response;
 
@@ -51,6 +50,7 @@ mod settings;
 mod spare;
 mod stale;
 mod stand_ins;
+mod tiles;
 mod wide;
 
 pub mod thesis;

@@ -193,8 +193,8 @@ impl Reader {
         let Some(coded) = light(GridKind::Coded) else {
             return Err(PipelineError::NoCodedCapture);
         };
-        let has_unary = !unary.is_empty();
-        let unary = light(GridKind::Unary).filter(|_| has_unary);
+        let unary = light(GridKind::Unary);
+        let has_unary = unary.is_some();
         let buffers = &mut self.buffers;
         let grids = LitGrids {
             coded: LitGrid::new(coded, &self.colours, settings),

@@ -3,8 +3,8 @@
 //! Takes the captures under black (K) and white (W) projection, gives their means in linear light and the
 //! noise law var = s0^2 + s1 I of each channel, fitted to the differences between repeats (G. Healey and
 //! R. Kondepudy, "Radiometric CCD camera calibration and noise estimation", 1994). What was not captured is found in
-//! the grids' captures (`stand_ins`). Something that moved between repeats raises the noise
-//! quietly; the trimmed fit bears about a tenth of such pixels.
+//! the grids' captures (`stand_ins`). Something that moved between repeats raises the noise quietly; the trimmed fit
+//! bears about a tenth of such pixels.
 
 use image::RgbImage;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,8 @@
 //! Takes the references and the grid captures, gives the tiles in which they do not belong together. The grid
 //! adds light, so nothing may be much darker than under black projection, and the dark cells between the lines
 //! get only a little scattered light. A tile where the darkest quarter of the pixels breaks either rule is read as if
-//! nothing had been captured there. A change that keeps a tile's light (a plain surface that moves along itself) is not seen, and does no harm.
+//! nothing had been captured there. A change that keeps a tile's light (a plain surface that moves along itself) is not
+//! seen, and does no harm.
 
 use image::RgbImage;
 
@@ -118,9 +119,9 @@ impl DarkCells {
 impl Expected {
     fn at(references: &References, black: &Light, (x, y): (usize, usize)) -> Self {
         let at = y * black.width() + x;
-        let blacks = [0, 1, 2].map(|c| black.channels[c].values()[at]);
+        let blacks = black.channels.at(at);
         let white = references.white.as_ref();
-        let whites = white.map(|white| [0, 1, 2].map(|c| white[c].values()[at]));
+        let whites = white.map(|white| white.at(at));
         let sigma = [0, 1, 2].map(|c| references.noise.variance(c, blacks[c]).sqrt().max(1e-6));
         Self {
             at: at as u32,

@@ -9,6 +9,8 @@ use super::region::Region;
 /// `N` levels for each square tile of a picture.
 #[derive(Debug, Clone)]
 pub(super) struct Tiles<const N: usize> {
+    /// Of the picture, px.
+    size: (usize, usize),
     side: usize,
     columns: usize,
     rows: usize,
@@ -20,6 +22,7 @@ pub(super) struct Tiles<const N: usize> {
 impl<const N: usize> Default for Tiles<N> {
     fn default() -> Self {
         Self {
+            size: (0, 0),
             side: 1,
             columns: 0,
             rows: 0,
@@ -32,6 +35,7 @@ impl<const N: usize> Default for Tiles<N> {
 impl<const N: usize> Tiles<N> {
     /// Tiles of `side` pixels over a picture of the given width and height; no level is known yet.
     pub(super) fn cover(&mut self, (width, height): (usize, usize), side: usize) {
+        self.size = (width, height);
         self.side = side.clamp(4, 4096);
         (self.columns, self.rows) = (width.div_ceil(self.side), height.div_ceil(self.side));
         self.levels.clear();
@@ -42,7 +46,6 @@ impl<const N: usize> Tiles<N> {
     /// gives for every second pixel of every second row.
     pub(super) fn find(
         &mut self,
-        (width, height): (usize, usize),
         region: &Region,
         share: f64,
         sample: impl Fn(usize, usize) -> [f32; N],
@@ -50,6 +53,7 @@ impl<const N: usize> Tiles<N> {
         if region.is_empty() || self.levels.is_empty() {
             return;
         }
+        let (width, height) = self.size;
         let tiles = |pixels: &std::ops::Range<usize>, count| {
             cell(pixels.start, self.side, count).before
                 ..=cell(pixels.end - 1, self.side, count).after
@@ -154,7 +158,6 @@ mod tests {
         tiles.cover(SIZE, 16);
         let sample = |x: usize, _| [if x % 16 == 4 { 1.0 } else { 0.2 }];
         tiles.find(
-            SIZE,
             &Region {
                 columns: 0..20,
                 rows: 0..48,
@@ -179,7 +182,7 @@ mod tests {
     fn levels_change_evenly_between_the_middles_of_tiles() {
         let mut tiles = Tiles::default();
         tiles.cover(SIZE, 16);
-        tiles.find(SIZE, &Region::whole(SIZE), 0.5, |x, _| [(x / 16) as f32]);
+        tiles.find(&Region::whole(SIZE), 0.5, |x, _| [(x / 16) as f32]);
         let mut levels = Vec::new();
         tiles.row(0, 0..64, |_, [level]| levels.push(level));
         assert_eq!(levels[..8], [0.0; 8]);
@@ -196,7 +199,7 @@ mod tests {
     fn a_picture_smaller_than_a_tile_has_one_tile() {
         let mut tiles = Tiles::default();
         tiles.cover((1, 1), 32);
-        tiles.find((1, 1), &Region::whole((1, 1)), 0.5, |_, _| [0.5]);
+        tiles.find(&Region::whole((1, 1)), 0.5, |_, _| [0.5]);
         tiles.row(0, 0..1, |_, level| assert_eq!(level, [0.5]));
         tiles.cover((0, 0), 32);
         tiles.row(0, 0..0, |_, _| {

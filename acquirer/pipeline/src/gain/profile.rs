@@ -103,7 +103,7 @@ fn means(light: &LineLight<'_>, (y, columns): (usize, Range<usize>)) -> [[f32; 3
             Some(level) => [level.black(), level.white()],
             None => {
                 let [black, white] = [&light.black.channels, light.white];
-                [black, white].map(|channels| [0, 1, 2].map(|c| channels[c].values()[at]))
+                [black, white].map(|channels| channels.at(at))
             }
         };
         for c in 0..3 {

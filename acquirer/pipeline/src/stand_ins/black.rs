@@ -1,6 +1,6 @@
 //! Light under black projection that was not captured: from the dark cells of the grids.
 
-use super::{Grids, set};
+use super::{Grids, fill};
 use crate::{
     channels::Channels, reference::ReferenceSettings, region::Region, response::Light,
     stale::StaleTiles, tiles::Tiles,
@@ -47,18 +47,8 @@ impl Black {
         }
         grids.lacking(captured.is_some(), regions);
         self.dark.cover(size, settings.tile_px);
-        for region in &*regions {
-            self.dark
-                .find(size, region, DARK_SHARE, |x, y| grids.least(y * size.0 + x));
-        }
-        let dark = &self.dark;
-        black.channels.write(regions, |planes, region| {
-            for y in region.rows.clone() {
-                dark.row(y, region.columns.clone(), |x, levels| {
-                    set(planes, y * size.0 + x, levels);
-                });
-            }
-        });
+        let dark = (&mut self.dark, DARK_SHARE, |at| grids.least(at));
+        fill(dark, regions, &mut black.channels, |levels| levels);
         self.patched.copy(grids.stale);
         black
     }

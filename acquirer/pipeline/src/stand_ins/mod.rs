@@ -12,8 +12,8 @@ mod white;
 use image::RgbImage;
 
 use super::{
-    PipelineSettings, line_light::LineLight, plane::Plane, reference::References, region::Region,
-    response::Response, stale::StaleTiles,
+    PipelineSettings, channels::Channels, line_light::LineLight, plane::Plane,
+    reference::References, region::Region, response::Response, stale::StaleTiles, tiles::Tiles,
 };
 use black::Black;
 use white::White;
@@ -143,6 +143,26 @@ impl StandIns {
             levels: white.levels(),
         })
     }
+}
+
+/// Writes what `light` makes of the tiles' levels: of the quantile `share` of each tile's samples.
+fn fill<const N: usize>(
+    (tiles, share, sample): (&mut Tiles<N>, f64, impl Fn(usize) -> [f32; N]),
+    regions: &[Region],
+    channels: &mut Channels,
+    light: impl Fn([f32; N]) -> [f32; 3],
+) {
+    let (width, _) = channels.size();
+    for region in regions {
+        tiles.find(region, share, |x, y| sample(y * width + x));
+    }
+    channels.write(regions, |planes, region| {
+        for y in region.rows.clone() {
+            tiles.row(y, region.columns.clone(), |x, levels| {
+                set(planes, y * width + x, light(levels));
+            });
+        }
+    });
 }
 
 fn set(planes: &mut [Plane; 3], at: usize, values: [f32; 3]) {

@@ -2,7 +2,7 @@
 
 use image::RgbImage;
 
-use super::{GridKind, Grids, set};
+use super::{GridKind, Grids, fill, set};
 use crate::{
     channels::Channels,
     gain::GainSettings,
@@ -72,8 +72,10 @@ impl White {
         } else {
             let over_black = OverBlack::new((grids, kind), black);
             self.strongest.cover(size, settings.tile_px);
-            let strongest = (&mut self.strongest, least_light(&references.noise));
-            fill_with_strongest(&over_black, strongest, regions, white);
+            let sample = |at| [over_black.strongest(at)];
+            let least = least_light(&references.noise);
+            let strongest = (&mut self.strongest, LINE_SHARE, sample);
+            fill(strongest, regions, white, |[level]| [level.max(least); 3]);
         }
         for at in regions.iter().flat_map(|region| region.pixels(size.0)) {
             if let Some(level) = self.levels.get_mut(at) {
@@ -98,27 +100,6 @@ fn fill_from_unary(
             let light = unary.at(at);
             let whites = [0, 1, 2].map(|c| (light[c].unwrap_or(0.0) * of_white[c]).max(0.0));
             set(planes, at, whites);
-        }
-    });
-}
-
-/// The strongest light of each tile, but not less than `least`.
-fn fill_with_strongest(
-    over_black: &OverBlack<'_>,
-    (strongest, least): (&mut Tiles<1>, f32),
-    regions: &[Region],
-    white: &mut Channels,
-) {
-    let size = white.size();
-    for region in regions {
-        let sample = |x, y| [over_black.strongest(y * size.0 + x)];
-        strongest.find(size, region, LINE_SHARE, sample);
-    }
-    white.write(regions, |planes, region| {
-        for y in region.rows.clone() {
-            strongest.row(y, region.columns.clone(), |x, [level]| {
-                set(planes, y * size.0 + x, [level.max(least); 3]);
-            });
         }
     });
 }

@@ -41,7 +41,7 @@ fn a_session_by_mouse_alone_ends_in_a_saved_scan() {
     controls(&acquirer);
     operator.click("White", |_| wall.view() == View::White);
     operator.click("PRMVS", |_| wall.view() == View::Coded);
-    live(&acquirer);
+    live(&acquirer, &wall);
     colours(&acquirer);
     let applied = wall.grid();
     assert_ne!(applied, before, "the cube's room takes other colours");
@@ -76,18 +76,30 @@ impl Wall {
     }
 }
 
-/// Locks the camera's automatics.
+/// Locks the camera's automatics, and sets the exposure to the white-lit scene.
 fn controls(window: &Window<'_>) {
     window.click("Source settings", |w| w.says("exposure time absolute"));
     window.click("Lock all", |w| w.says("locked: "));
+    window.click("Set the exposure", |w| {
+        w.says("the white-lit scene reaches byte")
+    });
     window.picture("settings");
     window.click("Source settings", |w| !w.says("Lock all"));
 }
 
-/// Reads the grid in every frame, and stops that again.
-fn live(window: &Window<'_>) {
+/// Reads the grid in every frame, in each of the three ways, and stops that again.
+fn live(window: &Window<'_>, wall: &Wall) {
     window.click("Read", |w| w.says("crossings read"));
     window.picture("live");
+    for (now, other, view) in [
+        ("moving", "still", View::Coded),
+        ("still", "tracking", View::Unary),
+        ("tracking", "moving", View::Coded),
+    ] {
+        let read = format!("live picture, {other}: ");
+        window.click(now, |w| w.count(other) > 0);
+        window.click(other, |w| w.says(&read) && wall.view() == view);
+    }
     window.click("Read", |w| !w.says("crossings read"));
 }
 

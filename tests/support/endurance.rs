@@ -67,11 +67,14 @@ pub struct Endurance {
     pub losses: Losses,
     /// Change of the relation of the two clocks.
     pub clock_drift: Duration,
-    /// Usage, first after everything had been used once.
+    /// Usage, first when the programs have warmed up.
     pub samples: Vec<Sample>,
 }
 
-/// Records a simulated room over and over for some time, into one folder.
+/// Recording before the first sample: buffers, caches and the allocator's arenas have their sizes by then.
+const WARM_UP: Duration = Duration::from_secs(15);
+
+/// Records a simulated room over and over for some time, into one folder, after a warm-up.
 ///
 /// # Errors
 /// A rig that can't be opened.
@@ -79,7 +82,11 @@ pub fn run(time: Duration, every: Duration) -> anyhow::Result<Endurance> {
     let dir = tempfile::tempdir()?;
     let projector = ProjectorProgram::headless()?;
     let mut run = Run::begin(&projector, &dir.path().join("scan"))?;
-    let patterns = run.record()?;
+    let warming = Instant::now();
+    let mut patterns = run.record()?;
+    while warming.elapsed() < WARM_UP {
+        patterns = run.record()?;
+    }
 
     let begun = Instant::now();
     let first_clock = run.rig.projector.clock_offset(16)?;
@@ -205,11 +212,14 @@ fn files(dir: &Path) -> std::io::Result<usize> {
 }
 
 impl Endurance {
-    /// Growth of a figure from the first to the last sample.
+    /// Growth of a figure from the first half of the samples to the second: of the lowest ones, since what is at work
+    /// while a sample is taken comes and goes.
     #[must_use]
     pub fn growth(&self, figure: impl Fn(&Sample) -> u64) -> i64 {
-        match (self.samples.first(), self.samples.last()) {
-            (Some(first), Some(last)) => figure(last).cast_signed() - figure(first).cast_signed(),
+        let lowest = |samples: &[Sample]| samples.iter().map(&figure).min();
+        let (first, second) = self.samples.split_at(self.samples.len() / 2);
+        match (lowest(first), lowest(second)) {
+            (Some(first), Some(second)) => second.cast_signed() - first.cast_signed(),
             _ => 0,
         }
     }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use crate::camera::ControlInfo;
+use crate::camera::controls::sort_for_people;
 use crate::camera::v4l2::{CameraInfo, SizeInfo, list_cameras, list_controls};
 
 /// What the command gives; with `--json` it goes out as it is.
@@ -30,10 +31,12 @@ pub struct ListedCamera {
 pub fn cameras(with_controls: bool) -> CameraList {
     let listed = |mut camera: CameraInfo| {
         let controls = with_controls.then(|| {
-            list_controls(&camera.path).unwrap_or_else(|error| {
+            let mut controls = list_controls(&camera.path).unwrap_or_else(|error| {
                 camera.problem.get_or_insert_with(|| error.to_string());
                 vec![]
-            })
+            });
+            sort_for_people(&mut controls);
+            controls
         });
         ListedCamera { camera, controls }
     };

@@ -17,7 +17,7 @@ use crate::{
         grid::{DecodedGrid, DropReason},
         plane::Plane,
     },
-    session::CarriedLabel,
+    session::{CarriedLabel, LiveMode},
 };
 
 /// Lines may be drawn this far beside their points, in camera pixels.
@@ -66,8 +66,10 @@ pub(super) struct LivePicture {
 }
 
 /// What was read from a live frame.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct LiveReading {
+    /// How it was read.
+    pub(super) mode: LiveMode,
     /// What the frame shows, in the words of the session.
     pub(super) pattern: &'static str,
     /// Crossings with a label.

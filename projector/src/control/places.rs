@@ -2,7 +2,7 @@
 //!
 //! A stranger never holds a place. Where the waiting room is full one of those is sent away who came from the address
 //! that most came from, the one who has been waiting longest: so who is let in at once comes through, however many
-//! others knock.
+//! others knock. The next one may come when that one is gone: the connections that are open are bounded at any moment.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -21,6 +21,7 @@ pub(super) struct Places {
     free: Arc<Semaphore>,
     most: usize,
     waiting: Arc<Mutex<VecDeque<Waiting>>>,
+    chairs: Arc<Semaphore>,
 }
 
 /// One in the waiting room; the oldest stands first.
@@ -31,12 +32,16 @@ struct Waiting {
     sent_away: Arc<Notify>,
 }
 
+/// Room for one more stranger; free again when it is dropped.
+pub(super) type Chair = OwnedSemaphorePermit;
+
 /// A connection that was not let in yet. Its end leaves the waiting room.
 #[derive(Debug)]
 pub(super) struct Stranger {
     places: Places,
     number: u64,
     sent_away: Arc<Notify>,
+    chair: Mutex<Option<Chair>>,
 }
 
 /// The place of a client that was let in; free again when it is dropped.
@@ -49,11 +54,18 @@ impl Places {
             free: Arc::new(Semaphore::new(most)),
             most,
             waiting: Arc::default(),
+            // one more than may wait, for the one who comes in while another leaves
+            chairs: Arc::new(Semaphore::new(MOST_STRANGERS + 1)),
         }
     }
 
+    /// Waits until one more stranger may come; nothing once no more are to come.
+    pub(super) async fn chair(&self) -> Option<Chair> {
+        self.chairs.clone().acquire_owned().await.ok()
+    }
+
     /// Takes a connection into the waiting room; another one may have to leave it.
-    pub(super) fn wait(&self, number: u64, from: IpAddr) -> Stranger {
+    pub(super) fn wait(&self, number: u64, from: IpAddr, chair: Chair) -> Stranger {
         let sent_away = Arc::new(Notify::new());
         let mut waiting = self.waiting();
         waiting.push_back(Waiting {
@@ -71,12 +83,17 @@ impl Places {
             places: self.clone(),
             number,
             sent_away,
+            chair: Mutex::new(Some(chair)),
         }
     }
 
     fn waiting(&self) -> MutexGuard<'_, VecDeque<Waiting>> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.waiting)
     }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Where the one stands who has been waiting longest of those from the address that most came from.
@@ -111,6 +128,7 @@ impl Stranger {
         self.places
             .waiting()
             .retain(|one| one.number != self.number);
+        locked(&self.chair).take();
     }
 }
 
@@ -122,23 +140,35 @@ impl Drop for Stranger {
 
 #[cfg(test)]
 mod tests {
-    use std::net::IpAddr;
+    use std::{future::Future, net::IpAddr};
 
     use super::{MOST_STRANGERS, Places, Stranger};
 
     const CROWD: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 1));
     const OTHER: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 2));
 
-    /// Which of them have to leave.
-    async fn sent_away(strangers: &[Stranger]) -> Vec<u64> {
+    /// What comes without waiting.
+    async fn at_once<T>(future: impl Future<Output = T>) -> Option<T> {
+        tokio::select! {
+            biased;
+            done = future => Some(done),
+            () = std::future::ready(()) => None,
+        }
+    }
+
+    async fn comes(places: &Places, number: u64, from: IpAddr) -> Stranger {
+        let chair = at_once(places.chair()).await.flatten().unwrap();
+        places.wait(number, from, chair)
+    }
+
+    /// Which of them have to leave; they go.
+    async fn sent_away(strangers: &mut Vec<Stranger>) -> Vec<u64> {
         let mut gone = Vec::new();
-        for stranger in strangers {
-            let leaves = tokio::select! {
-                biased;
-                () = stranger.sent_away() => true,
-                () = std::future::ready(()) => false,
-            };
-            gone.extend(leaves.then_some(stranger.number));
+        for stranger in std::mem::take(strangers) {
+            match at_once(stranger.sent_away()).await {
+                Some(()) => gone.push(stranger.number),
+                None => strangers.push(stranger),
+            }
         }
         gone
     }
@@ -146,31 +176,44 @@ mod tests {
     #[tokio::test]
     async fn the_oldest_of_the_crowd_leaves_and_nobody_else() {
         let places = Places::new(1);
-        let other = [places.wait(1000, OTHER)];
-        let most = MOST_STRANGERS as u64;
-        let crowd: Vec<_> = (0..most + 2).map(|k| places.wait(k, CROWD)).collect();
-        assert_eq!(sent_away(&other).await, Vec::<u64>::new());
-        assert_eq!(sent_away(&crowd).await, [0, 1, 2]);
+        let mut other = vec![comes(&places, 1000, OTHER).await];
+        let mut crowd = Vec::new();
+        for k in 0..MOST_STRANGERS as u64 {
+            crowd.push(comes(&places, k, CROWD).await);
+        }
+        assert!(at_once(places.chair()).await.is_none(), "one has to leave");
+        assert_eq!(sent_away(&mut crowd).await, [0]);
+        crowd.push(comes(&places, 100, CROWD).await);
+        assert_eq!(sent_away(&mut crowd).await, [1]);
+        assert_eq!(sent_away(&mut other).await, Vec::<u64>::new());
     }
 
     #[tokio::test]
     async fn who_is_let_in_need_not_leave_and_a_place_is_free_again_after_it() {
         let places = Places::new(1);
-        let first = places.wait(1000, CROWD);
+        let first = comes(&places, 1000, CROWD).await;
         let place = first.let_in().unwrap();
-        let crowd: Vec<_> = (0..100).map(|k| places.wait(k, CROWD)).collect();
-        assert_eq!(sent_away(&[first]).await, Vec::<u64>::new());
-        assert!(crowd[99].let_in().is_none());
+        let mut crowd = Vec::new();
+        for k in 0..100 {
+            crowd.push(comes(&places, k, CROWD).await);
+            sent_away(&mut crowd).await;
+        }
+        assert_eq!(sent_away(&mut vec![first]).await, Vec::<u64>::new());
+        let last = crowd.last().unwrap();
+        assert!(last.let_in().is_none());
         drop(place);
-        assert!(crowd[99].let_in().is_some());
+        assert!(last.let_in().is_some());
     }
 
     #[tokio::test]
     async fn who_goes_by_himself_makes_room() {
         let places = Places::new(1);
         for round in 0..100 {
-            let few = [2 * round, 2 * round + 1].map(|number| places.wait(number, CROWD));
-            assert_eq!(sent_away(&few).await, Vec::<u64>::new());
+            let mut few = Vec::new();
+            for number in [2 * round, 2 * round + 1] {
+                few.push(comes(&places, number, CROWD).await);
+            }
+            assert_eq!(sent_away(&mut few).await, Vec::<u64>::new());
         }
     }
 }

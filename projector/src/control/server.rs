@@ -92,6 +92,9 @@ async fn watch_codes(access: Option<&Access>, events: &mpsc::Sender<Event>) {
 
 async fn accept_all(listener: &TcpListener, places: &Places, service: &Service) {
     for number in 1.. {
+        let Some(chair) = places.chair().await else {
+            return;
+        };
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
             Err(error) => {
@@ -105,7 +108,7 @@ async fn accept_all(listener: &TcpListener, places: &Places, service: &Service) 
                 "{peer}: small messages and a cut network may be noticed late: {error}"
             );
         }
-        let stranger = places.wait(number, peer.ip());
+        let stranger = places.wait(number, peer.ip(), chair);
         tokio::spawn(connection::run(
             ConnectionId(number),
             stream,

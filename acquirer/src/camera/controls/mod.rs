@@ -149,8 +149,14 @@ impl ControlInfo {
     }
 }
 
+/// Brings controls into the order in which people set them: exposure, gain, white balance, focus, mains, then the
+/// others as the camera has them.
+pub fn sort_for_people(controls: &mut [ControlInfo]) {
+    controls.sort_by_key(|control| standard::place_in_list(control.id));
+}
+
 /// The control of a list that a number names.
-pub(super) fn by_id(controls: &[ControlInfo], id: u32) -> Option<&ControlInfo> {
+pub(crate) fn by_id(controls: &[ControlInfo], id: u32) -> Option<&ControlInfo> {
     controls.iter().find(|control| control.id == id)
 }
 

@@ -79,6 +79,28 @@ pub(in crate::camera) fn standard(id: u32) -> Option<Standard> {
     Some(Standard { key, unit, menu })
 }
 
+/// Controls that decide whether a scan can be read, in the order in which one sets them.
+const FIRST_SET: [u32; 12] = [
+    ids::AUTO_EXPOSURE,
+    ids::EXPOSURE_TIME,
+    ids::EXPOSURE_OLD,
+    ids::EXPOSURE_DYNAMIC_FRAMERATE,
+    ids::GAIN_AUTOMATIC,
+    ids::GAIN,
+    ids::WHITE_BALANCE_AUTOMATIC,
+    ids::WHITE_BALANCE_TEMPERATURE,
+    ids::FOCUS_AUTOMATIC,
+    ids::FOCUS_ABSOLUTE,
+    ids::POWER_LINE_FREQUENCY,
+    ids::BACKLIGHT_COMPENSATION,
+];
+
+/// Where a control stands in a list for people; those of no great weight all stand behind.
+pub(super) fn place_in_list(id: u32) -> usize {
+    let first = FIRST_SET.iter().position(|&known| known == id);
+    first.unwrap_or(FIRST_SET.len())
+}
+
 /// The number of a control by another usual word: a short one, or that of older kernels.
 pub(super) fn alias(word: &str) -> Option<u32> {
     Some(match word {

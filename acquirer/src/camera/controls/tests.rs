@@ -121,6 +121,30 @@ fn wishes(texts: &[&str]) -> ControlWishes {
 }
 
 #[test]
+fn people_see_exposure_before_gain_before_white_balance_and_unknown_ones_last() {
+    let number = ControlKind::Number {
+        least: 0,
+        most: 9,
+        step: 1,
+    };
+    let mut controls = Toy::new().controls;
+    let mut own = control(ids::GAIN, number, 1);
+    (own.id, own.key) = (0x0a04_6d71, "led_mode".into());
+    controls.insert(0, own);
+    sort_for_people(&mut controls);
+    let keys: Vec<_> = controls.iter().map(|c| c.key.as_str()).collect();
+    let expected = [
+        "auto_exposure",
+        "exposure_time_absolute",
+        "gain",
+        "white_balance_automatic",
+        "power_line_frequency",
+        "led_mode",
+    ];
+    assert_eq!(keys, expected);
+}
+
+#[test]
 fn a_wished_value_switches_its_automatic_off_first() {
     let mut toy = Toy::new();
     apply(&mut toy, &wishes(&["exposure=120"])).unwrap();

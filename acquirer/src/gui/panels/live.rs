@@ -54,8 +54,10 @@ fn describe(model: &Model) -> String {
     let reading = model.live.picture.as_ref().and_then(|p| p.reading.as_ref());
     match reading {
         Some(reading) => format!(
-            "live picture, {} of {} crossings read",
-            reading.crossings, reading.possible
+            "live picture, {}: {} of {} crossings read",
+            words(reading.mode),
+            reading.crossings,
+            reading.possible
         ),
         None => "live picture".to_owned(),
     }
@@ -149,13 +151,18 @@ const MODES: [(LiveMode, &str, &str); 3] = [
     ),
 ];
 
+/// The word for a way of live reading.
+fn words(mode: LiveMode) -> &'static str {
+    let known = MODES.iter().find(|(known, ..)| *known == mode);
+    known.map_or("", |(_, word, _)| word)
+}
+
 /// How frames are read live.
 fn mode(model: &mut Model, ui: &mut Ui) {
     let before = model.preferences.live_mode;
     let mut chosen = before;
-    let name = MODES.iter().find(|(mode, ..)| *mode == before);
     let combo = egui::ComboBox::from_id_salt("live mode")
-        .selected_text(name.map_or("", |(_, name, _)| name))
+        .selected_text(words(before))
         .width(78.0)
         .show_ui(ui, |ui| {
             for (mode, name, hint) in MODES {

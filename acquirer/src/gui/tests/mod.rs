@@ -336,6 +336,7 @@ fn live_picture_and_colours_look_as_they_did() {
         rate_hz: 30.0,
         lost: 2,
         reading: Some(LiveReading {
+            mode: LiveMode::Static,
             pattern: "coded",
             crossings: 220,
             possible: 225,
@@ -348,7 +349,7 @@ fn live_picture_and_colours_look_as_they_did() {
     tested.click("Colours");
     tested.tell(Event::Colours(Box::new(measured()), false));
     tested.tell(Event::Idle(Who::Rig));
-    assert!(tested.says("220 of 225 crossings read"));
+    assert!(tested.says("still: 220 of 225 crossings read"));
     looks_as_before(tested, "colours");
 }
 

@@ -4,7 +4,10 @@ use std::time::{Duration, Instant};
 
 use super::{RigWorker, Session};
 use crate::{
-    camera::{CameraSpec, ControlInfo, controls::ids, find_control},
+    camera::{
+        CameraSpec, ControlInfo,
+        controls::{by_id, ids, sort_for_people},
+    },
     gui::events::Event,
     session::{Rig, set_exposure},
 };
@@ -72,7 +75,8 @@ impl RigWorker {
 
     fn tell_controls(&self, rig: &Rig, session: &mut Session) {
         match rig.camera.controls() {
-            Ok(list) => {
+            Ok(mut list) => {
+                sort_for_people(&mut list);
                 let told = session.controls.told.take();
                 if told.is_none_or(|(told, _)| told != list) {
                     self.teller.tell(Event::Controls(Ok(list.clone())));
@@ -105,13 +109,14 @@ impl RigWorker {
         }
         if taken != value {
             let controls = rig.camera.controls()?;
-            let control = find_control(&controls, &format!("{id:#010x}"))?;
-            self.teller.tell(Event::Warning(format!(
-                "{}: {} was asked for, the camera took {}",
-                control.name,
-                control.value_text(value),
-                control.value_text(taken)
-            )));
+            if let Some(control) = by_id(&controls, id) {
+                self.teller.tell(Event::Warning(format!(
+                    "{}: {} was asked for, the camera took {}",
+                    control.name,
+                    control.value_text(value),
+                    control.value_text(taken)
+                )));
+            }
         }
         Ok(())
     }

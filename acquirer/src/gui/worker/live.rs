@@ -19,7 +19,7 @@ use crate::{
         waker::Waker,
     },
     pipeline::{PipelineSettings, Projected, Reader},
-    session::{LiveSettings, LiveView, Rig, Tap, projected, read_live},
+    session::{LiveMode, LiveSettings, LiveView, Rig, Tap, projected, read_live},
 };
 
 /// Coded frames that are averaged where nothing moves.
@@ -137,7 +137,7 @@ impl RigWorker {
                 tap.only_read.store(true, Ordering::Relaxed);
                 self.teller.tell(Event::Idle(Who::Rig));
             }
-            self.show_read(seen, &now, tap);
+            self.show_read(seen, (mode, &now), tap);
             let asked = !self.take_jobs(session) || !session.queue.is_empty();
             let goes_on = self.read_live == Some(mode) && !seen.settings_changed;
             if asked || session.reopen || !goes_on {
@@ -148,7 +148,7 @@ impl RigWorker {
         Ok(())
     }
 
-    fn show_read(&self, seen: &LiveView<'_>, now: &Projected, tap: &LiveTap) {
+    fn show_read(&self, seen: &LiveView<'_>, (mode, now): (LiveMode, &Projected), tap: &LiveTap) {
         let Some(frame) = seen.frame else { return };
         let coded = &now.pattern.coded;
         let overlay = match seen.told.pattern {
@@ -159,6 +159,7 @@ impl RigWorker {
             _ => None,
         };
         let reading = LiveReading {
+            mode,
             pattern: seen.told.pattern,
             crossings: seen.told.crossings,
             possible: coded.rows() * coded.columns(),

@@ -11,6 +11,7 @@
 //! of the chosen colours look alike on most of the scene, the rounds may settle between them; the margins
 //! are then small, not wrong.
 
+mod likelihood;
 mod model;
 mod unmix;
 

@@ -4,6 +4,7 @@ use shared::pattern::MAX_COLOURS;
 
 use super::{
     ColourSettings, Evidence, Sample, Unit, Units,
+    likelihood::Lanes,
     unmix::{KnownLight, Unmixing},
 };
 
@@ -15,6 +16,8 @@ pub(super) struct Model<'a> {
     unmixing: Unmixing,
     may_unmix: bool,
     responses: [[f32; 3]; MAX_COLOURS],
+    /// The same, for likelihoods.
+    lanes: Lanes,
     /// Error of the model itself, as a share of white light: interreflection, chroma smear, crosstalk.
     misfit: f32,
     gain_variance: f32,
@@ -94,6 +97,7 @@ impl<'a> Model<'a> {
             unmixing: Unmixing::NONE,
             may_unmix,
             responses: colours,
+            lanes: Lanes::new(&colours[..count]),
             misfit: 0.1,
             gain_variance: (gain_spread * gain_spread) as f32,
             settings,
@@ -131,14 +135,12 @@ impl<'a> Model<'a> {
             clipped: unit.clipped,
         };
         let mut sums = LightSums::default();
+        let lanes = &self.lanes;
         let clip = -self.settings.sample_clip_nats as f32;
         for sample in samples {
             let sample = &self.corrected(sample);
             let weights = self.weights(sample);
-            let mut nats = [0.0; MAX_COLOURS];
-            for (value, &response) in nats.iter_mut().zip(self.responses()) {
-                *value = self.log_likelihood((sample, weights), response);
-            }
+            let nats = lanes.log_likelihoods((sample, weights), self.gain_variance);
             let best = nats[..colours].iter().copied().fold(f32::MIN, f32::max);
             for (sum, value) in evidence.nats.iter_mut().zip(nats).take(colours) {
                 *sum += (value - best).max(clip);
@@ -174,21 +176,6 @@ impl<'a> Model<'a> {
             let misfit = self.misfit * sample.full[c];
             1.0 / (sample.variance[c] + misfit * misfit + leak * leak)
         })
-    }
-
-    /// Normal log-likelihood with the gain integrated out (matrix determinant and inversion lemmas), up to what all
-    /// colours share.
-    fn log_likelihood(&self, (sample, weights): (&Sample, [f32; 3]), response: [f32; 3]) -> f32 {
-        let (mut ee, mut em, mut mm) = (0.0, 0.0, 0.0);
-        for c in 0..3 {
-            let model = sample.full[c] * response[c];
-            let error = sample.light[c] - model;
-            ee += error * error * weights[c];
-            em += error * model * weights[c];
-            mm += model * model * weights[c];
-        }
-        let spread = 1.0 + self.gain_variance * mm;
-        -0.5 * (ee - self.gain_variance * em * em / spread + spread.ln())
     }
 
     /// The colour of a line that leaves no doubt about it.
@@ -241,6 +228,7 @@ impl<'a> Model<'a> {
         }
         self.find_ratios(units, &mut buffers);
         self.take_medians(&mut buffers);
+        self.lanes = Lanes::new(self.responses());
         *self.buffers = buffers;
         true
     }

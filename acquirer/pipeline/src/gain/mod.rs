@@ -9,16 +9,20 @@
 //! loses nothing but time. Without W (see `line_light`) the albedo stays in, quietly.
 
 mod filter;
+mod power;
 mod profile;
 
 use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{line_light::LineLight, plane::Plane};
+use super::{line_light::LineLight, plane::Plane, wide::wide};
 pub(crate) use filter::ChannelError;
 pub use filter::GainFilter;
 use filter::{Inputs, ROUNDS, RowFilter};
+pub use power::PowerPlane;
+pub(crate) use power::power_of;
+use power::{RowCodes, code_of};
 pub(crate) use profile::{Band, ProfileBuffers, find_profile};
 
 /// How the gain image is made.
@@ -55,7 +59,7 @@ pub struct GainImage {
     /// About 1 on a line, 0 beside it; whole multiples of 1/2048, so that sums of them are exact.
     pub gain: Plane,
     /// Squared signal to noise of a full line there (sum s^2/v): what the gain can be trusted with.
-    pub power: Plane,
+    pub power: PowerPlane,
     /// Side of the squares that the values stand for, in camera pixels.
     pub bin: usize,
 }
@@ -71,19 +75,26 @@ impl GainImage {
     /// Makes room for a picture of squares of `bin` pixels; what it held is of no use any more.
     fn resize(&mut self, light: &LineLight<'_>, bin: usize) {
         self.bin = bin;
-        for plane in [&mut self.gain, &mut self.power] {
-            plane.resize(light.width() / bin, light.height() / bin);
-        }
+        let (width, height) = (light.width() / bin, light.height() / bin);
+        self.gain.resize(width, height);
+        self.power.resize(width, height);
     }
 }
 
 /// Picture rows that one thread takes at a time.
 const STRIP: usize = 16;
 
-/// Linear light of one row per strip, kept between frames.
+/// One row per strip, kept between frames.
 #[derive(Debug, Default)]
 pub struct GainBuffers {
-    strips: Vec<[Vec<f32>; 3]>,
+    strips: Vec<Row>,
+}
+
+#[derive(Debug, Default)]
+struct Row {
+    /// Sums of linear light.
+    sums: [Vec<f32>; 3],
+    power: Vec<f32>,
 }
 
 /// The gain image of lines that may have any of the given colours (linear, 0 to 1 per channel), over squares of
@@ -108,27 +119,32 @@ pub fn find_gain(
         .gain
         .values_mut()
         .par_chunks_mut(STRIP * width)
-        .zip(image.power.values_mut().par_chunks_mut(STRIP * width))
+        .zip(image.power.codes_mut().par_chunks_mut(STRIP * width))
         .zip(&mut buffers.strips);
     strips
         .enumerate()
-        .for_each(|(strip, ((gain, power), row))| {
-            row.iter_mut()
-                .for_each(|channel| channel.resize(width, 0.0));
-            let rows = gain.chunks_mut(width).zip(power.chunks_mut(width));
-            for (k, (gain, power)) in rows.enumerate() {
+        .for_each(|(strip, ((gain, codes), row))| {
+            let Row { sums, power } = row;
+            let values = sums.iter_mut().chain([&mut *power]);
+            values.for_each(|values| values.resize(width, 0.0));
+            let rows = gain.chunks_mut(width).zip(codes.chunks_mut(width));
+            for (k, (gain, codes)) in rows.enumerate() {
                 let y = strip * STRIP + k;
-                light.response.sum_squares(light.frames, (y, bin), row);
+                light.response.sum_squares(light.frames, (y, bin), sums);
                 Arch::new().dispatch(RowFilter {
                     filter,
                     mean,
                     inputs: Inputs {
-                        sums: row.each_ref().map(|channel| &channel[..]),
+                        sums: sums.each_ref().map(|channel| &channel[..]),
                         blacks: blacks.each_ref().map(|plane| plane.row(y)),
                         whites: whites.each_ref().map(|plane| plane.row(y)),
                     },
                     gain,
                     power,
+                });
+                wide(RowCodes {
+                    powers: power,
+                    codes,
                 });
             }
         });
@@ -138,13 +154,13 @@ pub fn find_gain(
 /// share as far as they share channels: so the better one decides, and only equals are averaged.
 pub fn merge_gains(a: &mut GainImage, b: &GainImage, settings: &GainSettings) {
     let shrink = settings.shrink.max(1e-6) as f32;
-    let first = a.gain.values_mut().par_iter_mut().zip(a.power.values_mut());
-    let second = b.gain.values().par_iter().zip(b.power.values());
-    first.zip(second).for_each(|((gain, power), (&g, &p))| {
-        let (own, other) = (*power + shrink, p + shrink);
-        let (own, other) = (own * own, other * other);
+    let first = a.gain.values_mut().par_iter_mut().zip(a.power.codes_mut());
+    let second = b.gain.values().par_iter().zip(b.power.codes());
+    first.zip(second).for_each(|((gain, code), (&g, &c))| {
+        let [power, p] = [*code, c].map(power_of);
+        let [own, other] = [power, p].map(|power| (power + shrink) * (power + shrink));
         let both = own + other;
         *gain = (*gain * own + g * other) / both + ROUNDS - ROUNDS;
-        *power = (*power * own + p * other) / both;
+        *code = code_of((power * own + p * other) / both);
     });
 }

@@ -66,6 +66,8 @@ pub(crate) fn find_profile(
         }
         Axis::Row => {
             let columns = band.at..band.at + band.thick;
+            let first = (0..length).map(|y| y * light.width() + columns.start);
+            light.looker().fetch(first);
             for y in 0..length {
                 let mut sum = [0.0; 3];
                 light

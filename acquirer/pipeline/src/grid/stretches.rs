@@ -54,7 +54,7 @@ impl<'a> Stretches<'a> {
     }
 
     /// A new stretch without points; it will have no more than `most`.
-    fn begin(&mut self, axis: Axis, line: Option<u16>, most: usize) -> &mut LineTrack {
+    fn begin(&mut self, axis: Axis, line: Option<u16>, most: usize) {
         if self.count == self.all.len() {
             self.spare.resize(self.all, self.count + 1);
         }
@@ -63,7 +63,11 @@ impl<'a> Stretches<'a> {
         (stretch.axis, stretch.line) = (axis, line);
         stretch.points.clear();
         stretch.points.reserve(most); // it may have been a shorter one in the frame before
-        stretch
+    }
+
+    /// The stretch that was begun last.
+    fn last(&mut self) -> &mut LineTrack {
+        &mut self.all[self.count - 1]
     }
 
     /// Leaves out what the frame before had more.
@@ -118,35 +122,39 @@ fn cut(
 ) {
     let most = (track.across.capacity() as f64 * track.spacing_px).ceil() as usize;
     let mut next = 0;
-    let between = |next: usize| {
-        let before = next.checked_sub(1).map(|k| known[k]);
-        Between::new((before, known.get(next).copied()), half_width_px)
-    };
-    let mut around = between(next);
-    let mut open: Option<&mut LineTrack> = None;
-    let pixels = unfaded(&track.strength).flat_map(|run| every_pixel(track, run));
-    for (along, across) in pixels {
-        if next < known.len() && known[next].along < along {
-            while next < known.len() && known[next].along < along {
-                next += 1;
+    // the line of the stretch that was written last
+    let mut open = None;
+    for run in unfaded(&track.strength) {
+        let mut pixels = pixels_along(track, &run);
+        while !pixels.is_empty() {
+            let first = pixels.start as f64 + 0.5;
+            next += known[next..].iter().take_while(|k| k.along < first).count();
+            let before = next.checked_sub(1).map(|k| known[k]);
+            let (after, end) = match known.get(next) {
+                // the first pixel behind it lies between the next two
+                Some(k) => (
+                    Some(*k),
+                    ((k.along - 0.5).floor() as i64 + 1).min(pixels.end),
+                ),
+                None => (None, pixels.end),
+            };
+            let around = Between::new((before, after), half_width_px);
+            if open != Some(around.line) {
+                open = Some(around.line);
+                stretches.begin(axis, around.line, most);
             }
-            around = between(next);
+            let places = every_pixel(track, &run, pixels.start..end);
+            let points = places.map(|(along, across)| LinePoint {
+                position: match family {
+                    Axis::Row => CameraPixel::new(along, across),
+                    Axis::Column => CameraPixel::new(across, along),
+                },
+                half_width_px: around.half_width_px(along),
+                confidence: around.confidence,
+            });
+            stretches.last().points.extend(points);
+            pixels.start = end;
         }
-        let line = around.line;
-        let position = match family {
-            Axis::Row => CameraPixel::new(along, across),
-            Axis::Column => CameraPixel::new(across, along),
-        };
-        let stretch = match open.take() {
-            Some(stretch) if stretch.line == line => stretch,
-            _ => stretches.begin(axis, line, most),
-        };
-        stretch.points.push(LinePoint {
-            position,
-            half_width_px: around.half_width_px(along),
-            confidence: around.confidence,
-        });
-        open = Some(stretch);
     }
 }
 
@@ -184,23 +192,33 @@ impl Between {
     }
 }
 
-/// Positions along and across in the middle of every camera pixel of an unbroken run of samples, linear between them.
-fn every_pixel(track: &Track, run: Range<usize>) -> impl Iterator<Item = (f64, f64)> + '_ {
-    let last = run.end.saturating_sub(1);
+/// The camera pixels along a track whose middles lie within an unbroken run of samples.
+fn pixels_along(track: &Track, run: &Range<usize>) -> Range<i64> {
     let pixel = |k: usize| track.along(k) - 0.5;
-    let pixels = if run.is_empty() {
-        0..0
-    } else {
-        pixel(run.start).ceil() as i64..pixel(last).floor() as i64 + 1
-    };
+    match run.end.checked_sub(1) {
+        Some(last) if last >= run.start => {
+            pixel(run.start).ceil() as i64..pixel(last).floor() as i64 + 1
+        }
+        _ => 0..0,
+    }
+}
+
+/// Positions along and across in the middles of some camera pixels of an unbroken run of samples, linear between them.
+fn every_pixel(
+    track: &Track,
+    run: &Range<usize>,
+    pixels: Range<i64>,
+) -> impl Iterator<Item = (f64, f64)> {
     let (first, samples_per_px) = (track.along(run.start), 1.0 / track.spacing_px);
+    let across = &track.across[run.clone()];
+    let last = across.len() - 1;
     pixels.map(move |pixel| {
         let along = pixel as f64 + 0.5;
         let sample = (along - first) * samples_per_px;
-        let before = (run.start + sample as usize).min(last);
+        let before = (sample as u32 as usize).min(last);
         let after = (before + 1).min(last);
-        let [a, b] = [before, after].map(|k| f64::from(track.across[k]));
-        (along, a + sample.fract() * (b - a))
+        let [a, b] = [before, after].map(|k| f64::from(across[k]));
+        (along, a + (sample - before as f64) * (b - a))
     })
 }
 

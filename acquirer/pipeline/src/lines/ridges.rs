@@ -14,7 +14,10 @@ use super::{
     limit::{RidgeLimit, strength_per_fall},
     ridge_rows::{Lattice, RidgeRows},
 };
-use crate::{gain::GainImage, wide::wide};
+use crate::{
+    gain::{GainImage, power_of},
+    wide::wide,
+};
 
 /// A point on the middle of a line, in one sample along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,7 +188,7 @@ impl<'a> Pass<'a> {
             each_marked(marks, |at| {
                 if self.stands_alone(at, width, |k| smooth[pad + k]) {
                     let across = self.position(at, spare[at], spare[at + 1]);
-                    let power = || power[(across as usize).min(width - 1)];
+                    let power = || power_of(power[(across as usize).min(width - 1)]);
                     let ridge = self.ridge(across, spare[at] - spare[at + 1], power);
                     found.extend(ridge.map(|ridge| (sample as u32, ridge)));
                 }
@@ -233,8 +236,9 @@ impl<'a> Pass<'a> {
                         let across = self.position(first + k, before, after);
                         let sample = block + column;
                         let power = || {
-                            let row = self.image.power.row(across as usize);
-                            row[self.along.middle(sample)]
+                            let last = gain.height() - 1;
+                            let row = self.image.power.row((across as usize).min(last));
+                            power_of(row[self.along.middle(sample)])
                         };
                         let ridge = self.ridge(across, before - after, power);
                         found.extend(ridge.map(|ridge| (sample as u32, ridge)));

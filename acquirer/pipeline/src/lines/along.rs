@@ -47,24 +47,21 @@ impl AlongKernel {
 
     /// The weighted sums around the samples of a row from `first` on; beyond the border the border's value holds.
     #[inline(always)]
-    pub(super) fn sum_along(
-        self,
-        row: &[f32],
-        first: usize,
-        padded: &mut Vec<f32>,
-        out: &mut [f32],
-    ) {
-        let begin = first * self.step;
-        let length = out.len() * self.step + 2;
-        if begin > 0 && begin - 1 + length <= row.len() {
-            self.sum_inside(&row[begin - 1..][..length], out);
-        } else {
-            let last = row.len() - 1;
-            padded.clear();
-            padded.push(row[begin.saturating_sub(1)]);
-            padded.extend_from_slice(&row[begin..(begin + length - 1).min(row.len())]);
-            padded.resize(length, row[last]);
-            self.sum_inside(padded, out);
+    pub(super) fn sum_along(self, row: &[f32], first: usize, out: &mut [f32]) {
+        let (step, last) = (self.step, row.len() - 1);
+        // the picture's first sample looks beyond the border, and those whose last pixel is the row's last
+        let from = usize::from(first == 0).min(out.len());
+        let to = (last / step).saturating_sub(first).clamp(from, out.len());
+        let begin = (first + from) * step;
+        if from < to {
+            let length = (to - from) * step + 2;
+            self.sum_inside(&row[begin - 1..][..length], &mut out[from..to]);
+        }
+        for k in (0..from).chain(to..out.len()) {
+            let pixels =
+                (0..).map(|pixel| ((first + k) * step + pixel).saturating_sub(1).min(last));
+            let terms = pixels.zip(self.weights());
+            out[k] = terms.map(|(pixel, weight)| weight * row[pixel]).sum();
         }
     }
 

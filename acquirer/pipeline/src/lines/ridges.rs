@@ -39,7 +39,7 @@ const BESIDE_WIDTHS: [f64; 2] = [1.0, 1.3];
 const BESIDE_SHARE: f32 = 0.5;
 
 /// Derivatives (down the picture) or samples (along steep lines) that one thread takes at a time.
-const STRIP: usize = 48;
+const STRIP: usize = 64;
 
 /// What one thread works with, kept between frames.
 #[derive(Debug, Clone, Default)]
@@ -209,7 +209,6 @@ impl<'a> Pass<'a> {
         let rows = count + 1 + reach + 2 * margin;
         let Strip {
             smooth,
-            spare: padded,
             slopes,
             marks,
             found,
@@ -222,7 +221,7 @@ impl<'a> Pass<'a> {
             for (k, out) in smooth.chunks_exact_mut(BLOCK).enumerate() {
                 let y = (first + k).saturating_sub(pad + margin);
                 let out = &mut out[..columns];
-                self.along.sum_along(gain.row(y), block, padded, out);
+                self.along.sum_along(gain.row(y), block, out);
             }
             slopes.begin(&smooth[margin * BLOCK..], side);
             for k in 0..count {

@@ -97,7 +97,7 @@ fn live(window: &Window<'_>, wall: &Wall) {
         ("tracking", "moving", View::Coded),
     ] {
         let read = format!("live picture, {other}: ");
-        window.click(now, |w| w.count(other) > 0);
+        window.click(&format!("The scene is: {now}"), |w| w.find(other).is_some());
         window.click(other, |w| w.says(&read) && wall.view() == view);
     }
     window.click("Read", |w| !w.says("crossings read"));

@@ -76,12 +76,12 @@ fn through_a_window([left, top, right, bottom]: [u32; 4]) -> Captures {
 #[test]
 fn a_patch_too_small_for_its_own_code_is_placed_by_the_coarse_grid() {
     for (x, y) in [(100, 100), (300, 220), (450, 300)] {
-        let captures = through_a_window([x, y, x + 70, y + 70]);
+        let captures = through_a_window([x, y, x + 66, y + 70]);
         let alone = fine(&captures, KnownPlaces::default());
         assert_eq!(
             score(&alone.grid).0,
             0,
-            "it takes four lines, three are seen"
+            "it takes four columns, three are seen"
         );
         let known = KnownPlaces::of(&coarse().grid, &SCANS[0].projected);
         let (labelled, wrong) = score(&fine(&captures, known).grid);

@@ -157,7 +157,7 @@ impl Window<'_> {
     }
 
     /// Where a widget stands that can be used, and has this label or one that begins so.
-    fn find(&self, label: &str) -> Option<[i64; 2]> {
+    pub(crate) fn find(&self, label: &str) -> Option<[i64; 2]> {
         let widgets = self.widgets();
         let is = |widget: &&Value, test: &dyn Fn(&str) -> bool| {
             widget["enabled"] == true && widget["label"].as_str().is_some_and(test)

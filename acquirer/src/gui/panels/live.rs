@@ -170,9 +170,13 @@ fn mode(model: &mut Model, ui: &mut Ui) {
                     .on_hover_text(hint);
             }
         });
-    combo
+    let response = combo
         .response
         .on_hover_text("What the scene does while frames are read");
+    let named = format!("The scene is: {}", words(before));
+    response.widget_info(|| {
+        egui::WidgetInfo::labeled(egui::Role::ComboBox, ui.is_enabled(), named.clone())
+    });
     if chosen != before {
         model.set_live_mode(chosen);
     }

@@ -10,7 +10,7 @@ seen=$(mktemp -d)
 trap 'rm -r "$seen"' EXIT
 
 cargo build --workspace
-WINDOW_SIZE=$size WINDOW_PICTURES=$seen cargo test -p acquirer --test window_session
+WINDOW_SIZE=$size WINDOW_PICTURES=$seen cargo test --workspace --test window_session
 for picture in "$seen"/*.png; do
   convert "$picture" -strip -quality 88 "$folder/window-$(basename "$picture" .png).jpg"
 done

@@ -84,7 +84,7 @@ fn buttons(model: &mut Model, ui: &mut Ui) {
         }
         let expose = style::wide(ui, ready, "Set the exposure", half);
         let hint = "Shows white, and sets the exposure so that the brightest parts of the scene just do not clip, in \
-                    whole periods of the projector";
+                    whole periods of the projector. Have the brightest object in the scene when you do it.";
         if expose.on_hover_text(hint).clicked() {
             model.ask(Job::SetExposure);
         }

@@ -179,6 +179,64 @@ fn a_scan_killed_between_its_stages_is_resumed_with_what_it_had() {
     assert!(again.status.success(), "{}", message(&again));
 }
 
+/// Names of the finer grids' pictures that the manifest tells of.
+fn finer_pictures(dir: &Path) -> Vec<String> {
+    // until there is a manifest there is none
+    let Ok(folder) = ScanFolder::open(dir) else {
+        return Vec::new();
+    };
+    let grids = folder.finer().unwrap();
+    let captures = grids.iter().flat_map(|grid| &grid.captures);
+    captures.map(|capture| capture.file.clone()).collect()
+}
+
+#[test]
+fn a_scan_killed_in_the_middle_of_a_finer_grid_is_resumed_with_all_of_it() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("scan");
+    let projector = ProjectorProgram::headless().unwrap();
+    let scan = || {
+        let mut command = acquirer();
+        command
+            .args(["scan", "--json", "--take-over", "--camera", "sim:cube"])
+            .args(["--projector", projector.address(), "--out"])
+            .arg(&out);
+        command
+    };
+    let mut killed = scan()
+        .args(["--densify", "31"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let deadline = Instant::now() + PATIENCE;
+    while finer_pictures(&out).is_empty() {
+        assert!(Instant::now() < deadline, "no finer grid was recorded");
+        thread::sleep(Duration::from_millis(2));
+    }
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let before = finer_pictures(&out);
+    let folder = ScanFolder::open(&out).unwrap();
+    assert!(folder.is_recorded(Stage::Background) && !folder.is_recorded(Stage::Object));
+    let background = contents(&out.join("background"));
+
+    // the lines are those that it was begun with
+    let resumed = scan().arg("--resume").output().unwrap();
+    assert!(resumed.status.success(), "{}", message(&resumed));
+    assert!(contents(&out.join("background")) == background, "kept");
+    let mut expected: Vec<String> = Vec::new();
+    for stage in Stage::BOTH {
+        for picture in ["prmvs-00", "prmvs-01", "unary-00", "unary-01"] {
+            expected.push(format!("finer-31/{stage}/{picture}.png"));
+        }
+    }
+    assert_eq!(finer_pictures(&out), expected);
+    assert!(before.len() < expected.len() / 2, "killed after {before:?}");
+    assert!(out.join("results/finer-31/vertices.csv").is_file());
+    assert!(check(&out).status.success());
+}
+
 fn check(dir: &Path) -> Output {
     acquirer()
         .args(["check", "--json"])

@@ -357,7 +357,8 @@ pub(super) struct ScanArgs {
     /// Folder of the new scan.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Go on with the scan in that folder where it was interrupted: stages that are recorded stay, with their grid.
+    /// Go on with the scan in that folder where it was interrupted: stages and finer grids that are recorded stay, with
+    /// their grid.
     #[arg(long, conflicts_with = "pick_colours")]
     pub resume: bool,
     /// Pick the colours on the scene first.

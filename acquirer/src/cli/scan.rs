@@ -27,7 +27,10 @@ use crate::{
     config::Config,
     process::process_scan,
     scan::{ScanError, ScanFolder},
-    session::{Cancel, NewScan, Rig, SessionError, projected, record_stage, recording_warnings},
+    session::{
+        Cancel, NewScan, Rig, SessionError, complete_stage, is_lacking, projected, record_stage,
+        recording_warnings, resumed_settings,
+    },
 };
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
@@ -64,7 +67,7 @@ pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     process::print(&folder, &processed, args.reading.json)
 }
 
-/// Records the stages that an interrupted scan lacks.
+/// Records the stages and the finer grids that an interrupted scan lacks.
 fn resume(
     args: &ScanArgs,
     config: &Config,
@@ -77,10 +80,13 @@ fn resume(
     if let Some(calibration) = calibration {
         folder.set_calibration(calibration)?;
     }
-    let missing: Vec<Stage> = Stage::BOTH
-        .into_iter()
-        .filter(|stage| !folder.is_recorded(*stage))
-        .collect();
+    let record = resumed_settings(&folder, &config.record);
+    let mut missing = Vec::new();
+    for stage in Stage::BOTH {
+        if is_lacking(&folder, stage, &record)? {
+            missing.push(stage);
+        }
+    }
     if missing.is_empty() {
         console.say("both stages are recorded already");
         return Ok(folder);
@@ -91,19 +97,13 @@ fn resume(
     check_same_rig(&rig, &folder)?;
     make_ready(&mut rig, config, cancel, console)?;
     for stage in missing {
-        if stage == Stage::Object {
-            object.place(cancel, console)?;
+        match stage {
+            Stage::Background => console.say("going on with the scene without the object"),
+            Stage::Object => object.place(cancel, console)?,
         }
-        record_stage(
-            &mut rig,
-            &mut folder,
-            stage,
-            &config.record,
-            cancel,
-            &mut |p| {
-                console.show(&p);
-            },
-        )?;
+        complete_stage(&mut rig, &mut folder, stage, &record, cancel, &mut |p| {
+            console.show(&p);
+        })?;
     }
     Ok(folder)
 }

@@ -151,6 +151,46 @@ impl ScanFolder {
         set_finer(&mut next, &self.dir().join(MANIFEST), &grids)?;
         self.take_over(next)
     }
+
+    /// Whether a finer grid has so many captures of each kind in one stage.
+    ///
+    /// # Errors
+    /// As [`Self::finer`].
+    pub fn has_finer(
+        &self,
+        pattern: &GridSettings,
+        stage: Stage,
+        repeats: usize,
+    ) -> Result<bool, ScanError> {
+        let grids = self.finer()?;
+        let captures = || {
+            let mine = grids.iter().filter(|grid| grid.pattern == *pattern);
+            mine.flat_map(|grid| &grid.captures)
+        };
+        let count = |shows| {
+            let mine = captures().filter(|c| c.stage == stage && c.shows == shows);
+            mine.count()
+        };
+        Ok([Shows::Prmvs, Shows::Unary]
+            .into_iter()
+            .all(|shows| count(shows) >= repeats))
+    }
+
+    /// Forgets the captures of a finer grid in one stage, of which a recording was cut off. Their files stay until
+    /// their names are used again.
+    ///
+    /// # Errors
+    /// A file error; the scan is as it was then.
+    pub fn forget_finer_captures(
+        &mut self,
+        pattern: &GridSettings,
+        stage: Stage,
+    ) -> Result<(), ScanError> {
+        let mut next = self.manifest().clone();
+        let path = self.dir().join(MANIFEST);
+        forget(&mut next, &path, |grid| grid.pattern == *pattern, stage)?;
+        self.take_over(next)
+    }
 }
 
 /// Takes the finer captures of one stage out of a manifest, and their checksums.
@@ -162,8 +202,18 @@ pub(super) fn forget_finer(
     path: &Path,
     stage: Stage,
 ) -> Result<(), ScanError> {
+    forget(manifest, path, |_| true, stage)
+}
+
+/// The same for some of the finer grids.
+fn forget(
+    manifest: &mut ScanManifest,
+    path: &Path,
+    which: impl Fn(&FinerGrid) -> bool,
+    stage: Stage,
+) -> Result<(), ScanError> {
     let mut grids = finer_of(manifest, path)?;
-    for grid in &mut grids {
+    for grid in grids.iter_mut().filter(|grid| which(grid)) {
         let gone = grid
             .captures
             .iter()

@@ -9,7 +9,7 @@ use shared::{
 use super::{Cancel, RecordSettings, Rig, SessionError, Shot};
 use crate::{
     pipeline::{Projected, densify::finer_pattern},
-    scan::{ScanFolder, Shows},
+    scan::{ScanError, ScanFolder, Shows},
 };
 
 /// The finer grids that the settings ask for, coarse before fine. Counts that the base grid has already are left out.
@@ -31,7 +31,26 @@ pub(super) fn finer_patterns(
     Ok(patterns)
 }
 
-/// Records coded and unary pictures of finer grids into the folder, which holds none of that stage. `done` is told how many pictures are finished.
+/// Those of some finer grids of which a stage has not all captures that the settings ask for.
+///
+/// # Errors
+/// A folder whose finer grids can't be told.
+pub(super) fn lacking(
+    folder: &ScanFolder,
+    patterns: &[GridSettings],
+    (stage, settings): (Stage, &RecordSettings),
+) -> Result<Vec<GridSettings>, ScanError> {
+    let mut lacking = Vec::new();
+    for pattern in patterns {
+        if !folder.has_finer(pattern, stage, settings.repeats(Shows::Prmvs))? {
+            lacking.push(pattern.clone());
+        }
+    }
+    Ok(lacking)
+}
+
+/// Records coded and unary pictures of finer grids into the folder, in place of what it holds of them in that stage.
+/// `done` is told how many pictures are finished.
 ///
 /// # Errors
 /// As [`Rig::shoot_all`], and what the folder says; captures already written stay.
@@ -52,6 +71,7 @@ pub(super) fn record_finer(
             shows,
             count: settings.repeats(shows),
         });
+        folder.forget_finer_captures(pattern, stage)?;
         let before = shots.len() * k;
         let frames = rig.shoot_all(&shots, stage, cancel, &mut |shown| done(before + shown))?;
         for (shot, frames) in shots.iter().zip(frames) {

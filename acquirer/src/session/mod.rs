@@ -25,5 +25,5 @@ pub use live::{CarriedLabel, LiveFrame, LiveMode, LiveSettings, LiveView, OnFram
 pub use new_scan::{NewScan, grid_warnings, projected, recording_warnings};
 pub use progress::{Cancel, Progress, Report};
 pub use rig::{Rig, SessionError, Tap};
-pub use scan::{RecordSettings, record_stage};
+pub use scan::{RecordSettings, complete_stage, is_lacking, record_stage, resumed_settings};
 pub use sequence::Shot;

@@ -6,7 +6,7 @@ use shared::{protocol::View, stage::Stage};
 
 use super::{
     Cancel, Progress, Report, Rig, SessionError, Shot,
-    finer::{finer_patterns, record_finer},
+    finer::{finer_patterns, lacking, record_finer},
 };
 use crate::{
     camera::Frame,
@@ -56,6 +56,60 @@ impl RecordSettings {
             count: self.repeats(shows),
         }
     }
+}
+
+/// The settings of a scan that was begun, for going on with it: numbers of lines of finer grids that are not given are
+/// those that it was begun with.
+#[must_use]
+pub fn resumed_settings(folder: &ScanFolder, given: &RecordSettings) -> RecordSettings {
+    let mut settings = given.clone();
+    let noted = || {
+        let noted = folder.manifest().extra.get("settings")?.get("record")?;
+        RecordSettings::deserialize(noted).ok()
+    };
+    if settings.densify.is_empty() {
+        settings.densify = noted().map_or_else(Vec::new, |noted| noted.densify);
+    }
+    settings
+}
+
+/// Whether a stage lacks captures that the settings ask for.
+///
+/// # Errors
+/// A finer grid that there is not, a folder whose finer grids can't be told.
+pub fn is_lacking(
+    folder: &ScanFolder,
+    stage: Stage,
+    settings: &RecordSettings,
+) -> Result<bool, SessionError> {
+    let finer = finer_patterns(&folder.projected(), settings)?;
+    Ok(!folder.is_recorded(stage) || !lacking(folder, &finer, (stage, settings))?.is_empty())
+}
+
+/// Records what a stage lacks: all of it, or the finer grids that a recording did not come to.
+///
+/// # Errors
+/// As [`record_stage`].
+pub fn complete_stage(
+    rig: &mut Rig,
+    folder: &mut ScanFolder,
+    stage: Stage,
+    settings: &RecordSettings,
+    cancel: &Cancel,
+    report: Report,
+) -> Result<(), SessionError> {
+    if !folder.is_recorded(stage) {
+        return record_stage(rig, folder, stage, settings, cancel, report);
+    }
+    let finer = finer_patterns(&folder.projected(), settings)?;
+    let finer = lacking(folder, &finer, (stage, settings))?;
+    let of = 2 * finer.len();
+    let what = format!("recording the finer grids of {stage}");
+    let mut tell = |done| {
+        let what = what.clone();
+        report(Progress { what, done, of });
+    };
+    record_finer((rig, folder), &finer, (stage, settings), cancel, &mut tell)
 }
 
 /// Records one stage into the folder, in place of what it holds of that stage, which stays until the new captures are

@@ -220,6 +220,12 @@ fn a_scan_killed_in_the_middle_of_a_finer_grid_is_resumed_with_all_of_it() {
     let folder = ScanFolder::open(&out).unwrap();
     assert!(folder.is_recorded(Stage::Background) && !folder.is_recorded(Stage::Object));
     let background = contents(&out.join("background"));
+    let lacking = |dir: &Path| {
+        let found: Value = serde_json::from_slice(&check(dir).stdout).unwrap();
+        found["unrecorded_finer"].clone()
+    };
+    let expected = serde_json::json!([{"stage": "background", "lines": 31}]);
+    assert_eq!(lacking(&out), expected);
 
     // the lines are those that it was begun with
     let resumed = scan().arg("--resume").output().unwrap();
@@ -235,6 +241,7 @@ fn a_scan_killed_in_the_middle_of_a_finer_grid_is_resumed_with_all_of_it() {
     assert!(before.len() < expected.len() / 2, "killed after {before:?}");
     assert!(out.join("results/finer-31/vertices.csv").is_file());
     assert!(check(&out).status.success());
+    assert_eq!(lacking(&out), serde_json::json!([]));
 }
 
 fn check(dir: &Path) -> Output {

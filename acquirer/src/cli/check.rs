@@ -40,6 +40,15 @@ fn text(checked: &CheckedScan) -> String {
             &format!("{stage} (`acquirer scan --resume` does it)"),
         );
     }
+    for finer in &checked.unrecorded_finer {
+        line(
+            "not recorded",
+            &format!(
+                "{} lines, {} (`acquirer scan --resume` does it)",
+                finer.lines, finer.stage
+            ),
+        );
+    }
     let results = match checked.results {
         true => "complete",
         false => "none, or not written to the end (`acquirer process` makes them)",

@@ -34,8 +34,19 @@ pub struct CheckedScan {
     pub unfinished: Vec<String>,
     /// Stages whose recording has not been finished.
     pub unrecorded: Vec<Stage>,
+    /// Finer grids whose recording has not been finished in a stage whose own is.
+    pub unrecorded_finer: Vec<UnrecordedFiner>,
     /// Whether results are there and were written to the end.
     pub results: bool,
+}
+
+/// A finer grid that a stage lacks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct UnrecordedFiner {
+    /// The stage.
+    pub stage: Stage,
+    /// The number of the grid's lines.
+    pub lines: usize,
 }
 
 /// A file that is not what was written.
@@ -66,16 +77,22 @@ pub fn check_scan(dir: &Path) -> Result<CheckedScan, ScanError> {
         check.file(&format!("results/{file}"), *checksum);
     }
     let unfinished = unfinished(dir)?;
+    let (recorded, unrecorded): (Vec<_>, Vec<_>) = Stage::BOTH
+        .into_iter()
+        .partition(|stage| folder.is_recorded(*stage));
+    let mut unrecorded_finer = Vec::new();
+    for stage in recorded {
+        let lines = folder.unrecorded_lines(stage)?.into_iter();
+        unrecorded_finer.extend(lines.map(|lines| UnrecordedFiner { stage, lines }));
+    }
     Ok(CheckedScan {
         intact: check.damaged.is_empty(),
         intact_files: check.intact,
         damaged: check.damaged,
         without_checksum: check.without_checksum,
         unfinished: unfinished.iter().map(|path| within(dir, path)).collect(),
-        unrecorded: Stage::BOTH
-            .into_iter()
-            .filter(|stage| !folder.is_recorded(*stage))
-            .collect(),
+        unrecorded,
+        unrecorded_finer,
         results: sums.is_some(),
     })
 }

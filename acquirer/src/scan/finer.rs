@@ -152,6 +152,49 @@ impl ScanFolder {
         self.take_over(next)
     }
 
+    /// The numbers of lines of the finer grids that the recording was begun for, as far as its settings were noted.
+    #[must_use]
+    pub fn noted_lines(&self) -> Vec<usize> {
+        let noted = self.noted_record("densify");
+        noted.map_or_else(Vec::new, |noted| {
+            Vec::deserialize(noted).unwrap_or_default()
+        })
+    }
+
+    /// A value of the settings of the recording.
+    fn noted_record(&self, key: &str) -> Option<&serde_json::Value> {
+        self.manifest()
+            .extra
+            .get("settings")?
+            .get("record")?
+            .get(key)
+    }
+
+    /// The finer grids that the recording was begun for and of which a stage has not all captures, by their numbers of
+    /// lines.
+    ///
+    /// # Errors
+    /// As [`Self::finer`].
+    pub fn unrecorded_lines(&self, stage: Stage) -> Result<Vec<usize>, ScanError> {
+        let repeats = self
+            .noted_record("grids")
+            .and_then(serde_json::Value::as_u64);
+        let repeats = repeats.and_then(|count| usize::try_from(count).ok());
+        let base = lines(&self.manifest().pattern);
+        let grids = self.finer()?;
+        let mut unrecorded = Vec::new();
+        for wanted in self.noted_lines().into_iter().filter(|&k| k != base) {
+            let recorded = match grids.iter().find(|grid| grid.lines() == wanted) {
+                Some(grid) => self.has_finer(&grid.pattern, stage, repeats.unwrap_or(1))?,
+                None => false,
+            };
+            if !recorded {
+                unrecorded.push(wanted);
+            }
+        }
+        Ok(unrecorded)
+    }
+
     /// Whether a finer grid has so many captures of each kind in one stage.
     ///
     /// # Errors

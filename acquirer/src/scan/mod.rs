@@ -12,7 +12,7 @@ mod response;
 mod shows;
 mod whole_file;
 
-pub use check::{CheckedScan, DamagedFile, check_scan};
+pub use check::{CheckedScan, DamagedFile, UnrecordedFiner, check_scan};
 pub(crate) use check::{sums_path, write_sums};
 pub use checksum::{Checksum, ChecksumError};
 pub use error::ScanError;

@@ -63,12 +63,8 @@ impl RecordSettings {
 #[must_use]
 pub fn resumed_settings(folder: &ScanFolder, given: &RecordSettings) -> RecordSettings {
     let mut settings = given.clone();
-    let noted = || {
-        let noted = folder.manifest().extra.get("settings")?.get("record")?;
-        RecordSettings::deserialize(noted).ok()
-    };
     if settings.densify.is_empty() {
-        settings.densify = noted().map_or_else(Vec::new, |noted| noted.densify);
+        settings.densify = folder.noted_lines();
     }
     settings
 }

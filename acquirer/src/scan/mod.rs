@@ -2,6 +2,7 @@
 
 mod check;
 mod checksum;
+mod copy;
 mod error;
 mod finer;
 mod folder;
@@ -15,6 +16,7 @@ mod whole_file;
 pub use check::{CheckedScan, DamagedFile, UnrecordedFiner, check_scan};
 pub(crate) use check::{sums_path, write_sums};
 pub use checksum::{Checksum, ChecksumError};
+pub use copy::copy_scan;
 pub use error::ScanError;
 pub use finer::FinerGrid;
 pub(crate) use finer::{FINER_KEY, PREFIX as FINER_PREFIX, finer_folders};

@@ -8,7 +8,7 @@ use std::{
     sync::{Arc, mpsc::Receiver},
 };
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 
 use super::Teller;
 use crate::{
@@ -19,6 +19,7 @@ use crate::{
         sources::Sources,
     },
     process::ProcessError,
+    scan::{ScanError, copy_scan},
     session::{Cancel, Progress},
 };
 
@@ -67,7 +68,7 @@ impl FileWorker {
             }
             FileJob::Save { from, to } => {
                 self.begin(format!("saving {}", to.display()));
-                copy_scan(&from, &to)?;
+                save_as(&from, &to)?;
                 Event::Note(format!("saved as {}", to.display()))
             }
             FileJob::OpenOutside(path) => {
@@ -95,34 +96,18 @@ fn is_cancelled(error: &anyhow::Error) -> bool {
     matches!(cause, Some(ProcessError::Cancelled))
 }
 
-/// Copies a scan with its results to a folder that does not hold one.
-fn copy_scan(from: &Path, to: &Path) -> anyhow::Result<()> {
-    if to.join("scan.json").exists() {
-        bail!(
+/// Saves a scan under another name.
+fn save_as(from: &Path, to: &Path) -> anyhow::Result<()> {
+    copy_scan(from, to).map_err(|error| match error {
+        ScanError::Exists(_) => anyhow!(
             "{}: there is a scan already; choose another name",
             to.display()
-        );
-    }
-    copy_folder(from, to).with_context(|| {
-        format!(
+        ),
+        other => anyhow!(other).context(format!(
             "the scan can't be saved as {}: choose a folder that can be written",
             to.display()
-        )
+        )),
     })
-}
-
-fn copy_folder(from: &Path, to: &Path) -> std::io::Result<()> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let target = to.join(entry.file_name());
-        if entry.file_type()?.is_dir() {
-            copy_folder(&entry.path(), &target)?;
-        } else {
-            fs::copy(entry.path(), target)?;
-        }
-    }
-    Ok(())
 }
 
 /// Asks the desktop to show a file or folder; its program outlives this one.
@@ -149,23 +134,4 @@ fn open_outside(path: &Path) -> anyhow::Result<()> {
         );
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_scan_is_copied_whole_and_never_over_another() {
-        let dir = tempfile::tempdir().unwrap();
-        let [from, to] = ["cup", "kept/cup"].map(|name| dir.path().join(name));
-        fs::create_dir_all(from.join("object")).unwrap();
-        fs::write(from.join("scan.json"), "{}").unwrap();
-        fs::write(from.join("object/white-00.png"), "picture").unwrap();
-        copy_scan(&from, &to).unwrap();
-        let copied = fs::read_to_string(to.join("object/white-00.png")).unwrap();
-        assert_eq!(copied, "picture");
-        let again = copy_scan(&from, &to).unwrap_err().to_string();
-        assert!(again.contains("another name"), "{again}");
-    }
 }

@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use rig_tests::{built_program, endurance};
 
-/// Memory that may be more at the end, in KiB: what the system's allocator keeps.
-const MORE_MEMORY_KIB: i64 = 32 * 1024;
+/// Memory that may be more at the end, in KiB. What the system's allocator keeps comes and goes by some 40 MiB; the frames
+/// of the stages that are recorded meanwhile are 250 MiB and more.
+const MORE_MEMORY_KIB: i64 = 96 * 1024;
 
 #[test]
 fn neither_program_takes_more_and_more_of_the_machine() {

@@ -6,7 +6,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{ScanError, WholeFile, folder::make_dir, manifest::MANIFEST, whole_file::UNFINISHED};
+use super::{
+    ScanError, WholeFile,
+    folder::make_dir,
+    manifest::MANIFEST,
+    whole_file::{UNFINISHED, file_error},
+};
 
 /// Copies a scan with its results, every file whole and flushed and the manifest last: a folder that a crash or a full
 /// disk leaves half copied is no scan, and the next copy to the same name goes on with it.
@@ -50,13 +55,6 @@ fn files_below(dir: &Path, files: &mut Vec<PathBuf>) -> Result<(), ScanError> {
         }
     }
     Ok(())
-}
-
-fn file_error(path: &Path, source: io::Error) -> ScanError {
-    ScanError::File {
-        path: path.to_owned(),
-        source,
-    }
 }
 
 #[cfg(test)]

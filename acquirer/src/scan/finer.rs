@@ -155,37 +155,25 @@ impl ScanFolder {
     /// The numbers of lines of the finer grids that the recording was begun for, as far as its settings were noted.
     #[must_use]
     pub fn noted_lines(&self) -> Vec<usize> {
-        let noted = self.noted_record("densify");
-        noted.map_or_else(Vec::new, |noted| {
-            Vec::deserialize(noted).unwrap_or_default()
-        })
+        let record = |settings: &serde_json::Value| settings.get("record")?.get("densify").cloned();
+        let noted = self.manifest().extra.get("settings").and_then(record);
+        let lines = noted.and_then(|noted| serde_json::from_value(noted).ok());
+        lines.unwrap_or_default()
     }
 
-    /// A value of the settings of the recording.
-    fn noted_record(&self, key: &str) -> Option<&serde_json::Value> {
-        self.manifest()
-            .extra
-            .get("settings")?
-            .get("record")?
-            .get(key)
-    }
-
-    /// The finer grids that the recording was begun for and of which a stage has not all captures, by their numbers of
-    /// lines.
+    /// The finer grids that the recording was begun for and of which a recorded stage has not as many captures as of
+    /// the base grid, by their numbers of lines.
     ///
     /// # Errors
     /// As [`Self::finer`].
     pub fn unrecorded_lines(&self, stage: Stage) -> Result<Vec<usize>, ScanError> {
-        let repeats = self
-            .noted_record("grids")
-            .and_then(serde_json::Value::as_u64);
-        let repeats = repeats.and_then(|count| usize::try_from(count).ok());
+        let repeats = self.manifest().captures_of(stage, Shows::Prmvs).count();
         let base = lines(&self.manifest().pattern);
         let grids = self.finer()?;
         let mut unrecorded = Vec::new();
         for wanted in self.noted_lines().into_iter().filter(|&k| k != base) {
             let recorded = match grids.iter().find(|grid| grid.lines() == wanted) {
-                Some(grid) => self.has_finer(&grid.pattern, stage, repeats.unwrap_or(1))?,
+                Some(grid) => self.has_finer(&grid.pattern, stage, repeats)?,
                 None => false,
             };
             if !recorded {
@@ -206,13 +194,12 @@ impl ScanFolder {
         repeats: usize,
     ) -> Result<bool, ScanError> {
         let grids = self.finer()?;
-        let captures = || {
-            let mine = grids.iter().filter(|grid| grid.pattern == *pattern);
-            mine.flat_map(|grid| &grid.captures)
-        };
+        let grid = grids.iter().find(|grid| grid.pattern == *pattern);
         let count = |shows| {
-            let mine = captures().filter(|c| c.stage == stage && c.shows == shows);
-            mine.count()
+            let captures = grid.iter().flat_map(|grid| &grid.captures);
+            captures
+                .filter(|c| c.stage == stage && c.shows == shows)
+                .count()
         };
         Ok([Shows::Prmvs, Shows::Unary]
             .into_iter()
@@ -232,6 +219,9 @@ impl ScanFolder {
         let mut next = self.manifest().clone();
         let path = self.dir().join(MANIFEST);
         forget(&mut next, &path, |grid| grid.pattern == *pattern, stage)?;
+        if next == *self.manifest() {
+            return Ok(());
+        }
         self.take_over(next)
     }
 }

@@ -137,7 +137,7 @@ fn sync_parent(path: &Path) -> io::Result<()> {
     }
 }
 
-fn file_error(path: &Path, source: io::Error) -> ScanError {
+pub(super) fn file_error(path: &Path, source: io::Error) -> ScanError {
     ScanError::File {
         path: path.to_owned(),
         source,

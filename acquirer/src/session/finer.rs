@@ -71,9 +71,10 @@ pub(super) fn record_finer(
             shows,
             count: settings.repeats(shows),
         });
-        folder.forget_finer_captures(pattern, stage)?;
         let before = shots.len() * k;
         let frames = rig.shoot_all(&shots, stage, cancel, &mut |shown| done(before + shown))?;
+        // not before there is something to take their place
+        folder.forget_finer_captures(pattern, stage)?;
         for (shot, frames) in shots.iter().zip(frames) {
             for frame in frames {
                 folder.add_finer_capture(pattern, stage, shot.shows, &frame.picture)?;

@@ -15,7 +15,8 @@ use std::sync::LazyLock;
 
 use image::codecs::jpeg::JpegEncoder;
 use image::{Rgb, RgbImage};
-use rig_tests::guest::{Device, Guest, section};
+use rig_tests::guest::{Device, Guest};
+use rig_tests::told::{assert_frames_at_the_end, error_kinds, events, section, told};
 use serde_json::Value;
 
 const PROBE: &str = env!("CARGO_BIN_EXE_camera_probe");
@@ -122,14 +123,6 @@ fn jpeg(width: u32, height: u32) -> Vec<u8> {
     file
 }
 
-/// What a capture told of one kind of event.
-fn events<'a>(section: &'a [Value], event: &str) -> Vec<&'a Value> {
-    section
-        .iter()
-        .filter(|line| line["event"] == event)
-        .collect()
-}
-
 fn numbers(section: &[Value], key: &str) -> Vec<u64> {
     events(section, "frame")
         .iter()
@@ -145,22 +138,6 @@ fn assert_every_loss_is_counted(section: &[Value]) {
     for k in 1..numbers.len() {
         assert_eq!(numbers[k], numbers[k - 1] + dropped[k] + 1, "{section:?}");
     }
-}
-
-/// Frames came after the trouble: the capture did not end for lack of time.
-fn assert_frames_at_the_end(section: &[Value]) {
-    let end = section
-        .iter()
-        .position(|line| line["event"] == "end")
-        .unwrap();
-    assert_eq!(section[end - 1]["event"], "frame", "{section:?}");
-}
-
-fn error_kinds(section: &[Value]) -> Vec<&str> {
-    events(section, "error")
-        .iter()
-        .map(|error| error["kind"].as_str().unwrap())
-        .collect()
 }
 
 #[test]
@@ -226,19 +203,6 @@ fn automatics_that_the_camera_has_are_held_until_it_is_closed() {
         events(&lines, "held")[0]["controls"],
         serde_json::json!([["gain", null]])
     );
-}
-
-/// What v4l2-ctl said of a control between a section's head and the next.
-fn told<'a>(output: &'a str, name: &str, control: &str) -> Vec<&'a str> {
-    let head = format!("== {name}");
-    let lines = output.lines().map(str::trim_end);
-    let section = lines
-        .skip_while(|line| *line != head)
-        .skip(1)
-        .take_while(|line| !line.starts_with("=="));
-    section
-        .filter_map(|line| line.strip_prefix(control)?.strip_prefix(": "))
-        .collect()
 }
 
 #[test]

@@ -59,6 +59,9 @@ struct CaptureArgs {
     /// Time after each frame in which nobody asks for one, in milliseconds.
     #[arg(long, default_value_t = 0)]
     pause_ms: u64,
+    /// Dies of a panic when the frames have come.
+    #[arg(long)]
+    panic: bool,
     /// Makes this file when the first frame has come, for the script beside.
     #[arg(long)]
     mark: Option<PathBuf>,
@@ -110,6 +113,7 @@ fn probe(mut camera: Box<dyn Camera>, args: &CaptureArgs) -> anyhow::Result<()> 
         println!("{}", json!({"event": "held", "controls": controls}));
     }
     capture(&mut *camera, args)?;
+    assert!(!args.panic, "as it was told");
     println!("{}", json!({"event": "end", "losses": camera.losses()}));
     let closing = Instant::now();
     drop(camera);

@@ -14,14 +14,13 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use acquirer::camera::{Camera, SimulatedCamera};
-use anyhow::Context;
 use image::RgbImage;
 use shared::stage::Stage;
 
+use crate::listening::{client, listener};
+
 /// Longest wait for a frame of the room, and for its object to be put in.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// How often the threads look whether they should end.
-const LOOK: Duration = Duration::from_millis(50);
 
 /// A stage to change to, and where to say that it is done.
 type Change = (Stage, SyncSender<()>);
@@ -93,24 +92,6 @@ impl Drop for FrameServer {
     }
 }
 
-/// A listener that does not block, so that its thread can end.
-fn listener() -> anyhow::Result<TcpListener> {
-    let listener = TcpListener::bind("127.0.0.1:0").context("no free port")?;
-    listener.set_nonblocking(true)?;
-    Ok(listener)
-}
-
-/// The next client, or nothing when the server should end.
-fn client(listener: &TcpListener, stop: &AtomicBool) -> Option<TcpStream> {
-    while !stop.load(Ordering::Relaxed) {
-        match listener.accept() {
-            Ok((stream, _)) => return stream.set_nonblocking(false).ok().map(|()| stream),
-            Err(_) => std::thread::sleep(LOOK),
-        }
-    }
-    None
-}
-
 fn take_stages(listener: &TcpListener, change: &SyncSender<Change>, stop: &AtomicBool) {
     while let Some(mut stream) = client(listener, stop) {
         let mut line = String::new();
@@ -174,7 +155,7 @@ impl Room {
 }
 
 /// A picture as packed 4:2:2; of an odd width the last column is left out.
-fn yuyv(picture: &RgbImage) -> Vec<u8> {
+pub(crate) fn yuyv(picture: &RgbImage) -> Vec<u8> {
     let pairs = picture
         .as_raw()
         .chunks_exact(picture.width().max(1) as usize * 3)

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, bail};
-use serde_json::Value;
 
 /// The kernel's camera in the guest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,20 +105,6 @@ impl Guest {
         }
         Ok(text)
     }
-}
-
-/// The lines of JSON between the line `== NAME` and the next one that begins with `==`.
-#[must_use]
-pub fn section(output: &str, name: &str) -> Vec<Value> {
-    let head = format!("== {name}");
-    let lines = output
-        .lines()
-        .skip_while(|line| line.trim_end() != head)
-        .skip(1);
-    lines
-        .take_while(|line| !line.starts_with("=="))
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .collect()
 }
 
 /// A program of this workspace, which stands beside the program that runs, or above the test that runs.

@@ -4,10 +4,13 @@ pub mod endurance;
 pub mod frame_server;
 pub mod fuzz;
 pub mod guest;
+mod listening;
 pub mod measure;
 pub mod numbered;
 mod projector;
+pub mod told;
 mod truth;
+pub mod usb_camera;
 mod vertices;
 
 use std::{fs, path::Path};

@@ -165,24 +165,45 @@ fn a_recording_replayed_gives_the_same_captures_and_labels() {
 
 /// The lines of `acquirer live` in the simulated cube room.
 fn live_lines(mode: &[&str]) -> Vec<Value> {
+    live_output(&[&["--frames", "8"], mode].concat()).0
+}
+
+/// The lines, and all that is logged.
+fn live_output(arguments: &[&str]) -> (Vec<Value>, String) {
     let _rig = RIG.lock().unwrap_or_else(PoisonError::into_inner);
     let projector = ProjectorProgram::headless().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_acquirer"))
-        .args(["live", "--json", "--frames", "8", "--camera", "sim:cube"])
+        .args(["live", "--json", "--camera", "sim:cube"])
         .args(["--projector", projector.address()])
-        .args(mode)
+        .args(arguments)
+        .env("RUST_LOG", "acquirer=debug")
         .output()
         .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let log = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{log}");
     let lines = String::from_utf8(output.stdout).unwrap();
     let lines = lines
         .lines()
         .map(|line| serde_json::from_str(line).unwrap());
-    lines.collect()
+    (lines.collect(), log)
+}
+
+#[test]
+fn live_reading_checks_the_latency_as_often_as_told_and_reads_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("acquirer.toml");
+    fs::write(&config, "[latency]\ncheck_every_s = 0.3\n").unwrap();
+    let config = config.to_str().unwrap();
+    let often = ["--mode", "dynamic", "--frames", "40", "--config", config];
+    let (lines, log) = live_output(&often);
+    assert_eq!(lines.len(), 40);
+    for line in &lines {
+        assert_eq!(line["pattern"], "coded", "black is not told: {line}");
+    }
+    let began = log.find("Latency {").unwrap_or_else(|| panic!("{log}"));
+    // a recording of the references, then the checks
+    let checks = log[began..].matches("changes came").count();
+    assert!(checks >= 3, "{log}");
 }
 
 #[test]

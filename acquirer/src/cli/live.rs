@@ -27,6 +27,7 @@ pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
         mode: args.mode.into(),
         average: args.average.get().into(),
         refresh: args.refresh.get(),
+        check_latency_every: config.latency.check_every(),
         record: config.record,
         pipeline: config.pipeline,
     };

@@ -42,11 +42,26 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 pub struct LatencySettings {
     /// Number of black/white changes, 4 to 60.
     pub flashes: usize,
+    /// While frames are read live, black is shown for a moment each time so many seconds are over, to check the latency
+    /// by what the frames make of the two changes; 0 for never.
+    pub check_every_s: f64,
 }
 
 impl Default for LatencySettings {
     fn default() -> Self {
-        Self { flashes: 16 }
+        Self {
+            flashes: 16,
+            check_every_s: 60.0,
+        }
+    }
+}
+
+impl LatencySettings {
+    /// Time between two checks; `None` for never.
+    #[must_use]
+    pub fn check_every(&self) -> Option<Duration> {
+        let time = Duration::try_from_secs_f64(self.check_every_s).ok();
+        time.filter(|time| !time.is_zero())
     }
 }
 

@@ -28,8 +28,6 @@ pub use labels::CarriedLabel;
 use labels::CarriedLabels;
 use watch::Watch;
 
-/// Time between two checks of the latency: clocks and drivers drift by less than a millisecond meanwhile.
-const CHECK_EVERY: Duration = Duration::from_secs(60);
 /// The stage that a simulated room or a recording answers with: the object is in the scene.
 const STAGE: Stage = Stage::Object;
 
@@ -55,6 +53,8 @@ pub struct LiveSettings {
     pub average: usize,
     /// Frames between two looks at the coded grid in [`LiveMode::Tracking`], 1 or more.
     pub refresh: usize,
+    /// Time between two checks of the latency; `None` for never.
+    pub check_latency_every: Option<Duration>,
     /// Repeats of black and white.
     pub record: RecordSettings,
     /// How captures are read.
@@ -191,7 +191,9 @@ impl<'a> Live<'a> {
             if self.cancel.is_cancelled() {
                 return Err(SessionError::Cancelled);
             }
-            if self.settings.mode != LiveMode::Tracking && checked.elapsed() > CHECK_EVERY {
+            let check_due = self.settings.check_latency_every;
+            let check_due = check_due.is_some_and(|every| checked.elapsed() > every);
+            if self.settings.mode != LiveMode::Tracking && check_due {
                 checked = Instant::now();
                 self.check_latency()?;
             }

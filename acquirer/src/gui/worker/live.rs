@@ -125,6 +125,7 @@ impl RigWorker {
             mode,
             average: AVERAGED,
             refresh: REFRESHED_EVERY,
+            check_latency_every: self.config.latency.check_every(),
             record: self.config.record.clone(),
             pipeline: PipelineSettings::live(),
         };

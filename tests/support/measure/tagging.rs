@@ -215,12 +215,14 @@ impl Simulation {
     ) -> Vec<(usize, usize)> {
         let before = self.up();
         // what is up already is not seen to begin
-        let lead = (before == missing[0].0).then_some(if before == BLACK { WHITE } else { BLACK });
-        let shots: Vec<(usize, usize)> = lead
-            .map(|k| (k, 0))
-            .into_iter()
-            .chain(missing.iter().copied())
-            .collect();
+        let mut shots = missing.to_vec();
+        if before == shots[0].0 {
+            if shots.len() > 1 {
+                shots.swap(0, 1);
+            } else {
+                shots.insert(0, (if before == BLACK { WHITE } else { BLACK }, 0));
+            }
+        }
         let hold_ms = |count: usize| (timing.hold_frames(count) + pass) as f64 * timing.frame_ms;
         let steps: Vec<(usize, f64)> = shots.iter().map(|&(k, n)| (k, hold_ms(n))).collect();
         let shown = self.show(&steps, *now);

@@ -9,6 +9,9 @@ mod display;
 #[path = "projector_window/operator.rs"]
 mod operator;
 
+#[path = "projector_window/monitors.rs"]
+mod monitors;
+
 use display::Display;
 use projector_support::{Client, Projector, run};
 use shared::{

@@ -12,38 +12,85 @@ use shared::pattern::{Raster, RasterSize, Rgb};
 
 /// What these tests need; they fail without it rather than pass unseen.
 const INSTALL: &str = "apt-get install -y --no-install-recommends xvfb x11-apps xdotool mesa-vulkan-drivers \
-                       libxcursor1 libxi6 libxkbcommon-x11-0";
+                       libxcursor1 libxi6 libxkbcommon-x11-0 xserver-xorg-core xserver-xorg-video-dummy x11-xserver-utils";
 
-/// A running X server with one monitor and no window manager.
+/// A running X server without a window manager.
 pub(crate) struct Display {
     server: Child,
     name: String,
     driver: String,
+    /// The server's configuration, if it has one.
+    _folder: Option<tempfile::TempDir>,
 }
 
 impl Display {
-    /// Starts a server on a free display number.
+    /// Starts a server with one monitor on a free display number.
     pub(crate) fn start(size: RasterSize) -> Self {
+        let mut server = Command::new("Xvfb");
+        server.args(["-screen", "0", &format!("{size}x24")]);
+        Self::of_server(server, None)
+    }
+
+    /// The same with two monitors side by side, `DUMMY0`, which is primary, and `DUMMY1`.
+    #[allow(dead_code, reason = "not all tests have two")]
+    pub(crate) fn with_two_monitors([left, right]: [RasterSize; 2]) -> Self {
+        let folder = tempfile::tempdir().expect("a folder for the server's files");
+        let file = |name: &str| folder.path().join(name);
+        std::fs::write(file("xorg.conf"), XORG).expect("a file for the server's configuration");
+        let mut server = as_root("Xorg");
+        server.arg("-config").arg(file("xorg.conf"));
+        server.arg("-logfile").arg(file("log"));
+        server.args(["-novtswitch", "-sharevts"]);
+        let display = Self::of_server(server, Some(folder));
+        let [left, right] = [left, right].map(|size| size.to_string());
+        display.xrandr(&["--addmode", "DUMMY1", &right]);
+        display.xrandr(&["--output", "DUMMY0", "--mode", &left, "--primary"]);
+        display.xrandr(&[
+            "--output",
+            "DUMMY1",
+            "--mode",
+            &right,
+            "--right-of",
+            "DUMMY0",
+        ]);
+        display
+    }
+
+    /// Starts a server on a free display number.
+    fn of_server(mut server: Command, folder: Option<tempfile::TempDir>) -> Self {
         let driver = software_vulkan();
-        let mut server = Command::new("Xvfb")
+        let program = server.get_program().to_owned();
+        let mut server = server
             .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
-            .args(["-screen", "0", &format!("{size}x24")])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
-            .unwrap_or_else(|error| missing("Xvfb", &error));
+            .unwrap_or_else(|error| missing(&program.to_string_lossy(), &error));
         let mut number = String::new();
         let stdout = server.stdout.take().expect("standard output is piped");
         BufReader::new(stdout)
             .read_line(&mut number)
-            .expect("Xvfb tells its display number");
+            .expect("the server tells its display number");
         let name = format!(":{}", number.trim_end());
-        assert!(name.len() > 1, "Xvfb did not start");
+        assert!(name.len() > 1, "{} did not start", program.display());
         Self {
             server,
             name,
             driver,
+            _folder: folder,
         }
+    }
+
+    /// Plugs monitors and sets their modes, as the program of this name.
+    #[allow(dead_code, reason = "not all tests have two monitors")]
+    pub(crate) fn xrandr(&self, arguments: &[&str]) {
+        let output = Command::new("xrandr")
+            .args(arguments)
+            .envs(self.environment())
+            .output()
+            .unwrap_or_else(|error| missing("xrandr", &error));
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "xrandr: {error}");
     }
 
     /// The variables that bring a program here, drawn by the software driver.
@@ -98,6 +145,43 @@ impl Drop for Display {
         self.server.kill().ok();
         self.server.wait().ok();
     }
+}
+
+/// A server whose screen is memory alone, with as many monitors as one likes.
+const XORG: &str = r#"
+Section "ServerFlags"
+  Option "AutoAddDevices" "false"
+EndSection
+Section "Device"
+  Identifier "device"
+  Driver "dummy"
+  VideoRam 65536
+EndSection
+Section "Monitor"
+  Identifier "monitor"
+  HorizSync 5.0 - 1000.0
+  VertRefresh 5.0 - 200.0
+EndSection
+Section "Screen"
+  Identifier "screen"
+  Device "device"
+  Monitor "monitor"
+  DefaultDepth 24
+  SubSection "Display"
+    Virtual 4096 2048
+  EndSubSection
+EndSection
+"#;
+
+/// A program that only root may start so.
+fn as_root(program: &str) -> Command {
+    let user = Command::new("id").arg("-u").output();
+    if user.is_ok_and(|user| user.stdout == b"0\n") {
+        return Command::new(program);
+    }
+    let mut command = Command::new("sudo");
+    command.arg(program);
+    command
 }
 
 fn missing(what: &str, error: &dyn fmt::Display) -> ! {

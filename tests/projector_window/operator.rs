@@ -9,6 +9,7 @@ use std::{
 use egui_kittest::{Harness, kittest::Queryable};
 use projector::{
     operator::{self, OperatorView, Panels, install_style, preview},
+    screen::Monitor,
     state::Overview,
 };
 use shared::{
@@ -26,19 +27,27 @@ const PATTERN: RasterSize = RasterSize {
     width: 320,
     height: 240,
 };
-const TITLE: &str = "projector - operator";
+pub(crate) const TITLE: &str = "projector - operator";
 /// What the frame that draws without a display leaves free around the window, in points.
 const MARGIN: f32 = 8.0;
 /// Far longer than a drawing takes.
-const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The operator's window drawn without a display, in the state that the projector is in.
-struct Twin {
+pub(crate) struct Twin {
     harness: Harness<'static, (OperatorView, Panels)>,
 }
 
 impl Twin {
     fn new(size: RasterSize, state: ProjectorState) -> Self {
+        Self::with_monitors(size, state, Vec::new())
+    }
+
+    pub(crate) fn with_monitors(
+        size: RasterSize,
+        state: ProjectorState,
+        monitors: Vec<Monitor>,
+    ) -> Self {
         let view = OperatorView {
             overview: Overview {
                 state,
@@ -47,7 +56,7 @@ impl Twin {
                 steps_left: 0,
                 on_its_way: false,
             },
-            monitors: Vec::new(),
+            monitors,
             listening: None,
             preview: None,
         };
@@ -72,6 +81,12 @@ impl Twin {
         rect.translate(egui::Vec2::splat(-MARGIN))
     }
 
+    /// Where the part lies whose label contains some words.
+    pub(crate) fn place_of(&self, words: &str) -> egui::Rect {
+        let rect = self.harness.get_by_label_contains(words).rect();
+        rect.translate(egui::Vec2::splat(-MARGIN))
+    }
+
     fn click(&mut self, role: egui::Role, name: &str) {
         self.harness.get_by_role_and_label(role, name).click();
         self.harness.run();
@@ -82,6 +97,16 @@ impl Twin {
 fn xdotool(display: &Display, arguments: &str) {
     let words: Vec<&str> = arguments.split_whitespace().collect();
     display.xdotool(&words);
+}
+
+/// Clicks in the operator's window.
+pub(crate) fn click(display: &Display, place: egui::Rect) {
+    let at = place.center();
+    let (x, y) = (at.x.round(), at.y.round());
+    xdotool(
+        display,
+        &format!("search --name ^{TITLE_PATTERN}$ mousemove --window %1 {x} {y} click 1"),
+    );
 }
 
 /// A projector in a small window, the operator's window beside it.
@@ -114,12 +139,7 @@ impl Rig {
 
     /// Clicks in the operator's window.
     fn click(&self, place: egui::Rect) {
-        let at = place.center();
-        let (x, y) = (at.x.round(), at.y.round());
-        xdotool(
-            &self.display,
-            &format!("search --name ^{TITLE_PATTERN}$ mousemove --window %1 {x} {y} click 1"),
-        );
+        click(&self.display, place);
     }
 
     /// Waits until a part of the operator's window has a pixel of this colour.
@@ -156,7 +176,7 @@ impl Rig {
 }
 
 /// The title as a search pattern without spaces.
-const TITLE_PATTERN: &str = "projector.-.operator";
+pub(crate) const TITLE_PATTERN: &str = "projector.-.operator";
 
 #[test]
 fn a_click_changes_the_wall_and_every_client_is_told() {
@@ -215,6 +235,6 @@ fn what_a_client_sets_is_drawn_in_the_window() {
     }
 }
 
-fn cut(picture: &Raster, x: u32, y: u32, size: RasterSize) -> Raster {
+pub(crate) fn cut(picture: &Raster, x: u32, y: u32, size: RasterSize) -> Raster {
     Raster::from_fn(size, |dx, dy| picture.pixel(x + dx, y + dy))
 }

@@ -25,8 +25,6 @@ const MISS_MS: f64 = 2.0;
 const JITTER_SHARE: f64 = 0.5;
 /// Longest hold that is thought of, in frames.
 const MOST_HELD: usize = 8;
-/// What showing a pattern again takes, in holds: others are shown before and after it.
-const AGAIN: f64 = 2.0;
 
 /// Times of frames' stamps since a change was shown, in milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -99,7 +97,8 @@ impl Settling {
             };
             let whole = phases.iter().filter(|phase| has_whole(phase)).count() as f64;
             let missed = 1.0 - whole / phases.len().max(1) as f64;
-            hold as f64 + missed * AGAIN * (hold + 1) as f64
+            // what is shown again is held for a frame longer
+            hold as f64 + missed * (hold + 1) as f64
         };
         let holds = 2..=MOST_HELD;
         let best = holds.min_by(|&a, &b| took(a).total_cmp(&took(b)));

@@ -1,19 +1,21 @@
-//! What can be said on the command line.
+//! What can be said on the command line: the commands, and the arguments that several of them have.
 
-use std::{
-    num::{NonZeroU8, NonZeroUsize},
-    path::PathBuf,
-};
+use std::path::PathBuf;
 
-use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand, ValueEnum};
 use shared::{geometry::RigCalibration, pattern::LINE_COUNTS};
 
+use super::{
+    cameras::CamerasArgs, check::CheckArgs, colours::ColoursArgs, demo::DemoArgs,
+    doctor::DoctorArgs, draw::DrawArgs, find::FindArgs, live::LiveArgs, pair::PairArgs,
+    process::ProcessArgs, scan::ScanArgs, window::WindowArgs,
+};
 use crate::{
     camera::{CameraSettings, CameraSpec, ControlWish},
     config::{Config, ConfigError},
     pipeline::Method,
     process::{ProcessError, read_calibration},
-    session::{LiveMode, RecordSettings},
+    session::RecordSettings,
 };
 
 /// Captures the projected grid through a camera, picks its colours, reads it, and gives the object's shape.
@@ -46,20 +48,6 @@ pub(super) struct Args {
     pub window: WindowArgs,
 }
 
-/// `acquirer` without a command.
-#[derive(Debug, ClapArgs)]
-pub(super) struct WindowArgs {
-    /// Which rig.
-    #[command(flatten)]
-    pub rig: RigArgs,
-    /// Folder of the recorded scan; further ones get -2, -3 and so on.
-    #[arg(long, value_name = "DIR", default_value = "scan")]
-    pub out: PathBuf,
-    /// The rig's calibration.
-    #[command(flatten)]
-    pub calibration: CalibrationArgs,
-}
-
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
@@ -90,7 +78,7 @@ pub(super) enum Command {
 }
 
 /// Which rig.
-#[derive(Debug, Clone, ClapArgs)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct RigArgs {
     /// The projector program, as HOST:PORT, or `auto` for the paired one that announces itself on the network.
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:4460")]
@@ -111,7 +99,7 @@ pub struct RigArgs {
 }
 
 /// How the camera is set; what is not given is as the configuration says.
-#[derive(Debug, Clone, Default, ClapArgs)]
+#[derive(Debug, Clone, Default, clap::Args)]
 pub struct CameraArgs {
     /// Size of the frames, for example 1280x720; the nearest that the camera has.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -173,7 +161,7 @@ fn parse_rate(text: &str) -> Result<f64, String> {
 }
 
 /// Settings.
-#[derive(Debug, Clone, Default, ClapArgs)]
+#[derive(Debug, Clone, Default, clap::Args)]
 pub struct ConfigArgs {
     /// Configuration file; the shipped config/acquirer.toml lists every key.
     #[arg(long, value_name = "FILE")]
@@ -191,7 +179,7 @@ impl ConfigArgs {
 }
 
 /// The rig's calibration, for what records.
-#[derive(Debug, ClapArgs)]
+#[derive(Debug, clap::Args)]
 pub(super) struct CalibrationArgs {
     /// Calibration of the rig (calibration.json): labels are checked against its epipolar lines, and scans give
     /// points in mm.
@@ -211,7 +199,7 @@ impl CalibrationArgs {
 }
 
 /// How a scan is read, and how its figures are printed.
-#[derive(Debug, ClapArgs)]
+#[derive(Debug, clap::Args)]
 pub(super) struct ReadingArgs {
     /// How to read the scan; likelihood unless the configuration says otherwise.
     #[arg(long, value_enum)]
@@ -234,7 +222,7 @@ impl ReadingArgs {
 }
 
 /// What is recorded besides the base grid.
-#[derive(Debug, ClapArgs)]
+#[derive(Debug, clap::Args)]
 pub(super) struct RecordArgs {
     /// Record finer grids after the base grid and read them with its help: numbers of lines, for example 31,63.
     #[arg(long, value_name = "LINES", value_delimiter = ',', value_parser = line_count)]
@@ -252,269 +240,6 @@ impl RecordArgs {
             settings.densify.clone_from(&self.densify);
         }
     }
-}
-
-/// `acquirer cameras`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer cameras
-  acquirer cameras --controls
-  acquirer cameras --controls --json")]
-pub(super) struct CamerasArgs {
-    /// List each camera's controls too, with their ranges and what they are set to.
-    #[arg(long)]
-    pub controls: bool,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `acquirer doctor`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer doctor --camera /dev/video0
-  acquirer doctor --projector 192.168.0.7:4460 --camera /dev/video0 --json
-  acquirer doctor --camera sim:cube
-
-Exit codes: 0 all is well, 1 something is to be done (the last line says about what) or it failed, 2 wrong use.
-The limits stand in config/acquirer.toml under [doctor].")]
-pub(super) struct DoctorArgs {
-    /// Which rig.
-    #[command(flatten)]
-    pub rig: RigArgs,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `acquirer find`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer find
-  acquirer scan --out cup --projector auto           with the only one that is paired
-
-Exit codes: 0 some were found, 1 none or it failed, 2 wrong use.")]
-pub(super) struct FindArgs {
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `acquirer pair`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer pair SLP1/192.168.0.7:4460/...            the code as it was printed
-  acquirer pair --camera /dev/video0                  the code as the projector shows it")]
-pub(super) struct PairArgs {
-    /// The pairing code.
-    #[arg(value_name = "CODE", conflicts_with = "camera")]
-    pub code: Option<String>,
-    /// Read the code from the wall through this camera.
-    #[arg(long, value_name = "CAMERA")]
-    pub camera: Option<CameraSpec>,
-    /// Reach the projector by this address instead of the code's own.
-    #[arg(long, value_name = "HOST:PORT")]
-    pub projector: Option<String>,
-    /// Settings.
-    #[command(flatten)]
-    pub config: ConfigArgs,
-}
-
-/// `acquirer colours`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer colours --camera sim:coloured-room
-  acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0 --json --keep")]
-pub(super) struct ColoursArgs {
-    /// Which rig.
-    #[command(flatten)]
-    pub rig: RigArgs,
-    /// Palette file of sixteen colours; the shipped one is config/palettes/sixteen.toml.
-    #[arg(long, value_name = "FILE")]
-    pub palette: Option<PathBuf>,
-    /// Only tell the choice, leave the projector's colours as they are.
-    #[arg(long)]
-    pub keep: bool,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `acquirer scan`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer scan --out cup --camera /dev/video0
-  acquirer scan --out cup --camera /dev/video0 --pick-colours --calibration rig.json
-  acquirer scan --out cup --camera /dev/video0 --size 1280x720 --control exposure=20ms --control gain=0
-  acquirer scan --out cup --camera /dev/video0 --densify 31,63
-  acquirer scan --out cube --camera sim:cube --json
-  acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'
-  acquirer scan --out cup --camera /dev/video0 --resume      after a crash or a power cut")]
-pub(super) struct ScanArgs {
-    /// Which rig.
-    #[command(flatten)]
-    pub rig: RigArgs,
-    /// Folder of the new scan.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Go on with the scan in that folder where it was interrupted: stages and finer grids that are recorded stay, with
-    /// their grid.
-    #[arg(long, conflicts_with = "pick_colours")]
-    pub resume: bool,
-    /// Pick the colours on the scene first.
-    #[arg(long)]
-    pub pick_colours: bool,
-    /// What is recorded.
-    #[command(flatten)]
-    pub record: RecordArgs,
-    /// The rig's calibration.
-    #[command(flatten)]
-    pub calibration: CalibrationArgs,
-    /// A command that puts the object into the scene (a turntable, a robot), instead of asking a person.
-    #[arg(long, value_name = "COMMAND")]
-    pub place_object: Option<String>,
-    /// How to read.
-    #[command(flatten)]
-    pub reading: ReadingArgs,
-}
-
-/// `acquirer live`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer live --camera /dev/video0
-  acquirer live --camera /dev/video0 --json | tee frames.jsonl
-  acquirer live --camera sim:cylinder --mode tracking --refresh 60 --frames 300
-  acquirer live --camera /dev/video0 --mode static --average 8
-
-A line tells: the frame's number, its time, what it shows (coded, unary, black, white, other, mixed), crossings with a
-label, milliseconds, and how many crossings have no label and why. Only frames that show the mode's grid are read.")]
-pub(super) struct LiveArgs {
-    /// Which rig.
-    #[command(flatten)]
-    pub rig: RigArgs,
-    /// How frames are read.
-    #[arg(long, value_enum, default_value = "dynamic")]
-    pub mode: LiveModeArg,
-    /// End after so many lines.
-    #[arg(long, value_name = "N")]
-    pub frames: Option<u64>,
-    /// Coded frames that are averaged with --mode static, 1 to 255.
-    #[arg(long, value_name = "N", default_value = "4")]
-    pub average: NonZeroU8,
-    /// Frames between two looks at the coded grid with --mode tracking.
-    #[arg(long, value_name = "N", default_value = "60")]
-    pub refresh: NonZeroUsize,
-    /// The rig's calibration: labels are checked against its epipolar lines.
-    #[command(flatten)]
-    pub calibration: CalibrationArgs,
-    /// One JSON object per line on standard output.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `--mode`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum LiveModeArg {
-    /// Nothing moves: the newest coded frames are averaged, the unary grid gives the geometry.
-    Static,
-    /// Things move: the coded grid stays up, every frame is read by itself.
-    Dynamic,
-    /// Things move slowly: the unary grid stays up, labels are carried on, the coded grid is shown now and then.
-    Tracking,
-}
-
-impl From<LiveModeArg> for LiveMode {
-    fn from(mode: LiveModeArg) -> Self {
-        match mode {
-            LiveModeArg::Static => Self::Static,
-            LiveModeArg::Dynamic => Self::Dynamic,
-            LiveModeArg::Tracking => Self::Tracking,
-        }
-    }
-}
-
-/// `acquirer process`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer process cup
-  acquirer process cup --json
-  acquirer process cup --method thesis --calibration rig.json")]
-pub(super) struct ProcessArgs {
-    /// Scan folder, with scan.json in it.
-    #[arg(value_name = "DIR")]
-    pub dir: PathBuf,
-    /// How to read.
-    #[command(flatten)]
-    pub reading: ReadingArgs,
-    /// Calibration of the rig, instead of the scan's own.
-    #[arg(long, value_name = "FILE")]
-    pub calibration: Option<PathBuf>,
-    /// Settings.
-    #[command(flatten)]
-    pub config: ConfigArgs,
-}
-
-/// `acquirer check`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer check cup
-  acquirer check cup --json
-
-Exit code 1 when a file is damaged or missing.")]
-pub(super) struct CheckArgs {
-    /// Scan folder, with scan.json in it.
-    #[arg(value_name = "DIR")]
-    pub dir: PathBuf,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `acquirer demo`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer demo
-  acquirer demo --scene cylinder --out /tmp/cylinder
-  acquirer demo --scene coloured-room --json")]
-pub(super) struct DemoArgs {
-    /// The room: a file's name in config/scenes without .toml, or a path.
-    #[arg(long, value_name = "NAME", default_value = "cube")]
-    pub scene: String,
-    /// Folder of the recorded scan; demo-SCENE in the current folder unless given.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// What is recorded.
-    #[command(flatten)]
-    pub record: RecordArgs,
-    /// Use a projector program that runs already, as HOST:PORT, instead of starting one.
-    #[arg(long, value_name = "HOST:PORT")]
-    pub projector: Option<String>,
-    /// Open the real windows: the projector's picture and the acquirer.
-    #[arg(long)]
-    pub gui: bool,
-    /// How to read.
-    #[command(flatten)]
-    pub reading: ReadingArgs,
-    /// Settings.
-    #[command(flatten)]
-    pub config: ConfigArgs,
-}
-
-/// `acquirer draw`.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "Examples:
-  acquirer draw cup/results/shifts.csv cup.png
-  acquirer draw tests/recorded/appendix-c.csv cube.png --object cube")]
-pub(super) struct DrawArgs {
-    /// shifts.csv of a scan, or a table in the form of the thesis's Appendix C.
-    #[arg(value_name = "TABLE")]
-    pub table: PathBuf,
-    /// Picture to write (PNG).
-    #[arg(value_name = "OUT")]
-    pub out: PathBuf,
-    /// Which object of the table, where it holds several.
-    #[arg(long, value_name = "NAME")]
-    pub object: Option<String>,
 }
 
 /// A number of lines that a finer grid may have.

@@ -8,6 +8,21 @@ use crate::camera::ControlInfo;
 use crate::camera::controls::sort_for_people;
 use crate::camera::v4l2::{CameraInfo, SizeInfo, list_cameras, list_controls};
 
+/// `acquirer cameras`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer cameras
+  acquirer cameras --controls
+  acquirer cameras --controls --json")]
+pub(super) struct CamerasArgs {
+    /// List each camera's controls too, with their ranges and what they are set to.
+    #[arg(long)]
+    pub controls: bool,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// What the command gives; with `--json` it goes out as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraList {

@@ -1,9 +1,26 @@
 //! `acquirer check`: whether a scan is still what was recorded.
 
+use std::path::PathBuf;
+
 use anyhow::bail;
 
-use super::args::CheckArgs;
 use crate::scan::{CheckedScan, check_scan};
+
+/// `acquirer check`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer check cup
+  acquirer check cup --json
+
+Exit code 1 when a file is damaged or missing.")]
+pub(super) struct CheckArgs {
+    /// Scan folder, with scan.json in it.
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
 
 pub(super) fn run(args: &CheckArgs) -> anyhow::Result<()> {
     let checked = check_scan(&args.dir)?;

@@ -1,9 +1,11 @@
 //! `acquirer colours`: picks the four colours on the scene.
 
+use std::path::PathBuf;
+
 use anyhow::Context;
 
 use super::{
-    args::ColoursArgs,
+    args::RigArgs,
     console::Console,
     rig::{make_ready, open_rig},
 };
@@ -14,6 +16,26 @@ use crate::{
     },
 };
 use shared::pattern::{Palette, Rgb};
+
+/// `acquirer colours`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer colours --camera sim:coloured-room
+  acquirer colours --projector 192.168.0.7:4460 --camera /dev/video0 --json --keep")]
+pub(super) struct ColoursArgs {
+    /// Which rig.
+    #[command(flatten)]
+    pub rig: RigArgs,
+    /// Palette file of sixteen colours; the shipped one is config/palettes/sixteen.toml.
+    #[arg(long, value_name = "FILE")]
+    pub palette: Option<PathBuf>,
+    /// Only tell the choice, leave the projector's colours as they are.
+    #[arg(long)]
+    pub keep: bool,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
 
 pub(super) fn run(args: &ColoursArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = args.rig.config.load()?;

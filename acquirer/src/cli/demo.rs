@@ -10,7 +10,7 @@ use shared::{
 };
 
 use super::{
-    args::{CameraArgs, DemoArgs, RigArgs},
+    args::{CameraArgs, ConfigArgs, ReadingArgs, RecordArgs, RigArgs},
     colours,
     console::Console,
     process,
@@ -26,6 +26,36 @@ use crate::{
     score::{StageScore, score_stage},
     session::Cancel,
 };
+
+/// `acquirer demo`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer demo
+  acquirer demo --scene cylinder --out /tmp/cylinder
+  acquirer demo --scene coloured-room --json")]
+pub(super) struct DemoArgs {
+    /// The room: a file's name in config/scenes without .toml, or a path.
+    #[arg(long, value_name = "NAME", default_value = "cube")]
+    pub scene: String,
+    /// Folder of the recorded scan; demo-SCENE in the current folder unless given.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What is recorded.
+    #[command(flatten)]
+    pub record: RecordArgs,
+    /// Use a projector program that runs already, as HOST:PORT, instead of starting one.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub projector: Option<String>,
+    /// Open the real windows: the projector's picture and the acquirer.
+    #[arg(long)]
+    pub gui: bool,
+    /// How to read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
+}
 
 pub(super) fn run(args: &DemoArgs, cancel: &Cancel, log: &Warnings) -> anyhow::Result<()> {
     let mut config = args.reading.config(&args.config)?;

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::{CommandFactory, error::ErrorKind};
 
 use super::{
-    args::{Args, DoctorArgs},
+    args::{Args, RigArgs},
     console::Console,
     rig::open_rig,
 };
@@ -15,6 +15,24 @@ use crate::{
         set_exposure,
     },
 };
+
+/// `acquirer doctor`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer doctor --camera /dev/video0
+  acquirer doctor --projector 192.168.0.7:4460 --camera /dev/video0 --json
+  acquirer doctor --camera sim:cube
+
+Exit codes: 0 all is well, 1 something is to be done (the last line says about what) or it failed, 2 wrong use.
+The limits stand in config/acquirer.toml under [doctor].")]
+pub(super) struct DoctorArgs {
+    /// Which rig.
+    #[command(flatten)]
+    pub rig: RigArgs,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Width of a line on the operator's terminal.
 const LINE: usize = 100;

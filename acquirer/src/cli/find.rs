@@ -2,8 +2,20 @@
 
 use serde_json::json;
 
-use super::args::FindArgs;
 use crate::projector_link::{FindError, find};
+
+/// `acquirer find`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer find
+  acquirer scan --out cup --projector auto           with the only one that is paired
+
+Exit codes: 0 some were found, 1 none or it failed, 2 wrong use.")]
+pub(super) struct FindArgs {
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
 
 pub(super) fn run(args: &FindArgs) -> anyhow::Result<()> {
     let found = find()?;

@@ -2,15 +2,73 @@
 
 use std::{
     io::{ErrorKind, Write},
+    num::{NonZeroU8, NonZeroUsize},
     ops::ControlFlow,
 };
 
 use super::{
-    args::LiveArgs,
+    args::{CalibrationArgs, RigArgs},
     console::Console,
     rig::{make_ready, open_rig},
 };
-use crate::session::{Cancel, LiveFrame, LiveSettings, grid_warnings, projected, read_live};
+use crate::session::{
+    Cancel, LiveFrame, LiveMode, LiveSettings, grid_warnings, projected, read_live,
+};
+
+/// `acquirer live`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer live --camera /dev/video0
+  acquirer live --camera /dev/video0 --json | tee frames.jsonl
+  acquirer live --camera sim:cylinder --mode tracking --refresh 60 --frames 300
+  acquirer live --camera /dev/video0 --mode static --average 8
+
+A line tells: the frame's number, its time, what it shows (coded, unary, black, white, other, mixed), crossings with a
+label, milliseconds, and how many crossings have no label and why. Only frames that show the mode's grid are read.")]
+pub(super) struct LiveArgs {
+    /// Which rig.
+    #[command(flatten)]
+    pub rig: RigArgs,
+    /// How frames are read.
+    #[arg(long, value_enum, default_value = "dynamic")]
+    pub mode: LiveModeArg,
+    /// End after so many lines.
+    #[arg(long, value_name = "N")]
+    pub frames: Option<u64>,
+    /// Coded frames that are averaged with --mode static, 1 to 255.
+    #[arg(long, value_name = "N", default_value = "4")]
+    pub average: NonZeroU8,
+    /// Frames between two looks at the coded grid with --mode tracking.
+    #[arg(long, value_name = "N", default_value = "60")]
+    pub refresh: NonZeroUsize,
+    /// The rig's calibration: labels are checked against its epipolar lines.
+    #[command(flatten)]
+    pub calibration: CalibrationArgs,
+    /// One JSON object per line on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `--mode`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum LiveModeArg {
+    /// Nothing moves: the newest coded frames are averaged, the unary grid gives the geometry.
+    Static,
+    /// Things move: the coded grid stays up, every frame is read by itself.
+    Dynamic,
+    /// Things move slowly: the unary grid stays up, labels are carried on, the coded grid is shown now and then.
+    Tracking,
+}
+
+impl From<LiveModeArg> for LiveMode {
+    fn from(mode: LiveModeArg) -> Self {
+        match mode {
+            LiveModeArg::Static => Self::Static,
+            LiveModeArg::Dynamic => Self::Dynamic,
+            LiveModeArg::Tracking => Self::Tracking,
+        }
+    }
+}
 
 pub(super) fn run(args: &LiveArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = args.rig.config.load()?;

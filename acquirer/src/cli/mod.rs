@@ -30,7 +30,8 @@ use tracing_subscriber::{
 
 use crate::session::Cancel;
 pub use args::RigArgs;
-use args::{Args, CamerasArgs, Command};
+use args::{Args, Command};
+use cameras::CamerasArgs;
 pub use pair::code_in;
 pub use process::figures_text;
 pub use rig::open_rig;

@@ -6,12 +6,32 @@ use anyhow::bail;
 use image::RgbImage;
 use shared::{computer, protocol::PairingCode};
 
-use super::args::PairArgs;
+use super::args::ConfigArgs;
 use crate::{
     camera::{CameraSpec, open_camera},
     projector_link::pair,
     session::Cancel,
 };
+
+/// `acquirer pair`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer pair SLP1/192.168.0.7:4460/...            the code as it was printed
+  acquirer pair --camera /dev/video0                  the code as the projector shows it")]
+pub(super) struct PairArgs {
+    /// The pairing code.
+    #[arg(value_name = "CODE", conflicts_with = "camera")]
+    pub code: Option<String>,
+    /// Read the code from the wall through this camera.
+    #[arg(long, value_name = "CAMERA")]
+    pub camera: Option<CameraSpec>,
+    /// Reach the projector by this address instead of the code's own.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub projector: Option<String>,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
+}
 
 /// Longest look for a code through the camera.
 const LOOK: Duration = Duration::from_secs(60);

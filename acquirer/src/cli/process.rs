@@ -1,15 +1,38 @@
 //! `acquirer process`: reads a recorded scan again.
 
+use std::path::PathBuf;
+
 use anyhow::Context;
 use serde_json::json;
 use shared::stage::Stage;
 
-use super::args::ProcessArgs;
+use super::args::{ConfigArgs, ReadingArgs};
 use crate::{
     output::Summary,
     process::{Processed, process_scan, read_calibration},
     scan::ScanFolder,
 };
+
+/// `acquirer process`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer process cup
+  acquirer process cup --json
+  acquirer process cup --method thesis --calibration rig.json")]
+pub(super) struct ProcessArgs {
+    /// Scan folder, with scan.json in it.
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// How to read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+    /// Calibration of the rig, instead of the scan's own.
+    #[arg(long, value_name = "FILE")]
+    pub calibration: Option<PathBuf>,
+    /// Settings.
+    #[command(flatten)]
+    pub config: ConfigArgs,
+}
 
 pub(super) fn run(args: &ProcessArgs) -> anyhow::Result<()> {
     let config = args.reading.config(&args.config)?;

@@ -2,7 +2,7 @@
 
 use std::{
     io::{BufRead, IsTerminal},
-    path::Path,
+    path::{Path, PathBuf},
     process::Command,
     thread,
     time::Duration,
@@ -16,7 +16,7 @@ use shared::{
 };
 
 use super::{
-    args::ScanArgs,
+    args::{CalibrationArgs, ReadingArgs, RecordArgs, RigArgs},
     colours,
     console::Console,
     process,
@@ -32,6 +32,44 @@ use crate::{
         recording_warnings, resumed_settings,
     },
 };
+
+/// `acquirer scan`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acquirer scan --out cup --camera /dev/video0
+  acquirer scan --out cup --camera /dev/video0 --pick-colours --calibration rig.json
+  acquirer scan --out cup --camera /dev/video0 --size 1280x720 --control exposure=20ms --control gain=0
+  acquirer scan --out cup --camera /dev/video0 --densify 31,63
+  acquirer scan --out cube --camera sim:cube --json
+  acquirer scan --out cup --camera /dev/video0 --place-object './turntable next'
+  acquirer scan --out cup --camera /dev/video0 --resume      after a crash or a power cut")]
+pub(super) struct ScanArgs {
+    /// Which rig.
+    #[command(flatten)]
+    pub rig: RigArgs,
+    /// Folder of the new scan.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Go on with the scan in that folder where it was interrupted: stages and finer grids that are recorded stay, with
+    /// their grid.
+    #[arg(long, conflicts_with = "pick_colours")]
+    pub resume: bool,
+    /// Pick the colours on the scene first.
+    #[arg(long)]
+    pub pick_colours: bool,
+    /// What is recorded.
+    #[command(flatten)]
+    pub record: RecordArgs,
+    /// The rig's calibration.
+    #[command(flatten)]
+    pub calibration: CalibrationArgs,
+    /// A command that puts the object into the scene (a turntable, a robot), instead of asking a person.
+    #[arg(long, value_name = "COMMAND")]
+    pub place_object: Option<String>,
+    /// How to read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+}
 
 pub(super) fn run(args: &ScanArgs, cancel: &Cancel) -> anyhow::Result<()> {
     let mut config = args.reading.config(&args.rig.config)?;

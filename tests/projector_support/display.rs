@@ -19,6 +19,8 @@ pub(crate) struct Display {
     server: Child,
     name: String,
     driver: String,
+    /// Whether only root can end it.
+    by_sudo: bool,
     /// The server's configuration, if it has one.
     _folder: Option<tempfile::TempDir>,
 }
@@ -77,6 +79,7 @@ impl Display {
             server,
             name,
             driver,
+            by_sudo: program == SUDO,
             _folder: folder,
         }
     }
@@ -142,7 +145,12 @@ impl Display {
 impl Drop for Display {
     fn drop(&mut self) {
         // It may have ended by itself.
-        self.server.kill().ok();
+        if self.by_sudo {
+            let process = self.server.id().to_string();
+            Command::new(SUDO).args(["kill", &process]).status().ok();
+        } else {
+            self.server.kill().ok();
+        }
         self.server.wait().ok();
     }
 }
@@ -173,13 +181,15 @@ Section "Screen"
 EndSection
 "#;
 
+const SUDO: &str = "sudo";
+
 /// A program that only root may start so.
 fn as_root(program: &str) -> Command {
     let user = Command::new("id").arg("-u").output();
     if user.is_ok_and(|user| user.stdout == b"0\n") {
         return Command::new(program);
     }
-    let mut command = Command::new("sudo");
+    let mut command = Command::new(SUDO);
     command.arg(program);
     command
 }

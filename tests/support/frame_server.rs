@@ -10,14 +10,13 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use acquirer::camera::{Camera, SimulatedCamera};
 use image::RgbImage;
 use shared::stage::Stage;
 
-use crate::listening::{client, listener};
+use crate::listening::{Threads, client, listener};
 
 /// Longest wait for a frame of the room, and for its object to be put in.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -30,8 +29,7 @@ type Change = (Stage, SyncSender<()>);
 pub struct FrameServer {
     frames: SocketAddr,
     stages: SocketAddr,
-    stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<()>>,
+    _threads: Threads,
 }
 
 impl FrameServer {
@@ -44,27 +42,22 @@ impl FrameServer {
         let camera = SimulatedCamera::open(scene, projector)?;
         let (frames, stages) = (listener()?, listener()?);
         let addresses = (frames.local_addr()?, stages.local_addr()?);
-        let stop = Arc::new(AtomicBool::new(false));
         let (change, changes) = sync_channel(1);
-        let serving = std::thread::spawn({
-            let stop = Arc::clone(&stop);
+        let mut threads = Threads::default();
+        threads.start(move |stop| {
             let mut room = Room {
                 camera,
                 changes,
                 rate: rate.max(1),
-                stop,
+                stop: Arc::clone(stop),
             };
-            move || room.serve(&frames)
+            room.serve(&frames);
         });
-        let listening = std::thread::spawn({
-            let stop = Arc::clone(&stop);
-            move || take_stages(&stages, &change, &stop)
-        });
+        threads.start(move |stop| take_stages(&stages, &change, stop));
         Ok(Self {
             frames: addresses.0,
             stages: addresses.1,
-            stop,
-            threads: vec![serving, listening],
+            _threads: threads,
         })
     }
 
@@ -78,17 +71,6 @@ impl FrameServer {
     #[must_use]
     pub fn stage_port(&self) -> u16 {
         self.stages.port()
-    }
-}
-
-impl Drop for FrameServer {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            if thread.join().is_err() {
-                eprintln!("a thread of the frame server has died");
-            }
-        }
     }
 }
 

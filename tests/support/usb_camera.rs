@@ -17,14 +17,13 @@ use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use acquirer::camera::SimulatedCamera;
 use anyhow::Context;
 use shared::stage::Stage;
 
-use crate::listening::{client, listener};
+use crate::listening::{Threads, client, listener};
 use requests::{Answer, Device};
 use stream::Faults;
 use wire::{Direction, Message, Replies, Submit};
@@ -37,8 +36,7 @@ const LOOK: Duration = Duration::from_millis(50);
 pub struct UsbCamera {
     device: SocketAddr,
     orders: SocketAddr,
-    stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<()>>,
+    _threads: Threads,
 }
 
 impl UsbCamera {
@@ -50,26 +48,20 @@ impl UsbCamera {
         let camera = SimulatedCamera::open(scene, projector)?;
         let (device, orders) = (listener()?, listener()?);
         let addresses = (device.local_addr()?, orders.local_addr()?);
-        let stop = Arc::new(AtomicBool::new(false));
         let shared = Arc::new(Shared {
             device: Mutex::new(Device::new(camera)),
             pending: Mutex::new(Vec::new()),
             arrived: Condvar::new(),
             faults: Mutex::new(Faults::default()),
         });
-        let serving = std::thread::spawn({
-            let (stop, shared) = (Arc::clone(&stop), Arc::clone(&shared));
-            move || serve(&device, &shared, &stop)
-        });
-        let ordered = std::thread::spawn({
-            let stop = Arc::clone(&stop);
-            move || take_orders(&orders, &shared, &stop)
-        });
+        let ordered = Arc::clone(&shared);
+        let mut threads = Threads::default();
+        threads.start(move |stop| serve(&device, &shared, stop));
+        threads.start(move |stop| take_orders(&orders, &ordered, stop));
         Ok(Self {
             device: addresses.0,
             orders: addresses.1,
-            stop,
-            threads: vec![serving, ordered],
+            _threads: threads,
         })
     }
 
@@ -83,17 +75,6 @@ impl UsbCamera {
     #[must_use]
     pub fn order_port(&self) -> u16 {
         self.orders.port()
-    }
-}
-
-impl Drop for UsbCamera {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            if thread.join().is_err() {
-                eprintln!("a thread of the USB camera has died");
-            }
-        }
     }
 }
 

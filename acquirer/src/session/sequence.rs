@@ -16,7 +16,7 @@ use shared::{
 use super::{
     Cancel, Rig, SessionError,
     rig::FRAME_TIMEOUT,
-    tagging::{Alignment, FrameKind, Look, Seen, Tag, tag_frames, whole_holds_ms},
+    tagging::{Alignment, FrameKind, Look, Seen, Tag, begin_seen, tag_frames, whole_holds_ms},
 };
 use crate::{camera::Frame, clock::monotonic_now, projector_link::Notice, scan::Shows};
 
@@ -150,57 +150,36 @@ impl Rig {
         pass: usize,
         cancel: &Cancel,
     ) -> Result<Vec<Vec<Frame>>, SessionError> {
-        let up = self.projector.state()?.shown.pattern;
-        let looks_so = |shot: &&Shot| is_of(&up, &shot.view);
-        let [first, second] = [0, 1].map(|k| shots.get(k).is_some_and(looks_so));
-        if first && !second && shots.len() > 1 {
-            // the second one's begin is seen, and takes no time of its own
-            let mut others = shots.to_vec();
-            others.swap(0, 1);
-            let mut frames = self.pass_in_order(&others, pass, cancel)?;
-            frames.swap(0, 1);
-            return Ok(frames);
-        }
-        self.pass_in_order(shots, pass, cancel)
-    }
-
-    fn pass_in_order(
-        &mut self,
-        shots: &[&Shot],
-        pass: usize,
-        cancel: &Cancel,
-    ) -> Result<Vec<Vec<Frame>>, SessionError> {
         let taken = self.latency.as_ref().map(|latency| latency.taken_every_ms);
         let frame_ms = taken.unwrap_or_else(|| self.frame_ms());
         let up = self.projector.state()?.shown.pattern;
-        let lead = shots
-            .first()
-            .and_then(|first| lead_before(&up, &first.view));
+        let mut order: Vec<usize> = (0..shots.len()).collect();
+        let is_seen = begin_seen(&mut order, |&k| is_of(&up, &shots[k].view));
+        let lead = order.first().filter(|_| !is_seen);
+        let lead = lead.map(|&k| lead_before(&shots[k].view));
         let skipped = usize::from(lead.is_some());
         let more = pass * (pass + 1) / 2; // a machine that is busy now may be so for long
-        let held = shots.iter().map(|shot| {
-            let frames = self.hold_frames(shot.count) + more;
-            (shot.view.clone(), frames as f64 * frame_ms)
+        let held = order.iter().map(|&k| {
+            let frames = self.hold_frames(shots[k].count) + more;
+            (shots[k].view.clone(), frames as f64 * frame_ms)
         });
         let lead = lead.map(|view| (view, (self.hold_frames(1) + more) as f64 * frame_ms));
         let steps: Vec<(View, f64)> = lead.into_iter().chain(held).collect();
         let played = self.play(&steps, cancel)?;
+        let mut taken: Vec<Vec<Frame>> = shots.iter().map(|_| Vec::new()).collect();
         let Some(latency) = &self.latency else {
-            return Ok(shots.iter().map(|_| Vec::new()).collect());
+            return Ok(taken);
         };
         let noise = latency.noise.after_failures(pass);
         let timing = latency.timing.after_failures(pass);
         let told = tag_frames(&played.seen, &played.shown_ms, &timing, noise);
         self.check_latency(&told);
         let mut frames: Vec<Option<Frame>> = played.frames.into_iter().map(Some).collect();
-        let taken = shots.iter().enumerate().map(|(k, shot)| {
-            let places = best_frames(&told, 1 + skipped + k, shot.count);
-            places
-                .iter()
-                .filter_map(|&place| frames[place].take())
-                .collect()
-        });
-        Ok(taken.collect())
+        for (place, &k) in order.iter().enumerate() {
+            let best = best_frames(&told, 1 + skipped + place, shots[k].count);
+            taken[k] = best.iter().filter_map(|&at| frames[at].take()).collect();
+        }
+        Ok(taken)
     }
 
     /// Has a sequence shown, each view for its milliseconds, and takes every frame until the last view is settled and
@@ -326,10 +305,12 @@ fn best_frames(told: &Alignment, step: usize, count: usize) -> Vec<usize> {
     tagged.into_iter().skip(first).take(count).collect()
 }
 
-/// What must be shown before a view, when it looks like what is up: its begin could not be seen.
-fn lead_before(up: &Pattern, view: &View) -> Option<View> {
-    let black = is_of(&Pattern::BLACK, view);
-    is_of(up, view).then_some(if black { View::White } else { View::Black })
+/// What is shown before a view that looks like what is up: its begin could not be seen.
+fn lead_before(view: &View) -> View {
+    match is_of(&Pattern::BLACK, view) {
+        true => View::White,
+        false => View::Black,
+    }
 }
 
 /// Whether a picture is a view's; of the coded and the unary grid the settings are not asked.

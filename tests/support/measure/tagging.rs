@@ -12,8 +12,8 @@ mod random;
 mod scene;
 
 use acquirer::session::tagging::{
-    BANDS, Band, Flash, FrameKind, Look, LookNoise, Seen, Tag, Timing, find_timing, tag_frames,
-    whole_holds_ms,
+    BANDS, Band, Flash, FrameKind, Look, LookNoise, Seen, Tag, Timing, begin_seen, find_timing,
+    tag_frames, whole_holds_ms,
 };
 use random::Random;
 use scene::Scene;
@@ -214,14 +214,9 @@ impl Simulation {
         score: &mut TaggingScore,
     ) -> Vec<(usize, usize)> {
         let before = self.up();
-        // what is up already is not seen to begin
         let mut shots = missing.to_vec();
-        if before == shots[0].0 {
-            if shots.len() > 1 {
-                shots.swap(0, 1);
-            } else {
-                shots.insert(0, (if before == BLACK { WHITE } else { BLACK }, 0));
-            }
+        if !begin_seen(&mut shots, |shot| shot.0 == before) {
+            shots.insert(0, (if before == BLACK { WHITE } else { BLACK }, 0));
         }
         let hold_ms = |count: usize| (timing.hold_frames(count) + pass) as f64 * timing.frame_ms;
         let steps: Vec<(usize, f64)> = shots.iter().map(|&(k, n)| (k, hold_ms(n))).collect();

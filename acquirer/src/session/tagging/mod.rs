@@ -8,7 +8,7 @@
 //! - [`FrameKind`]: which frames show one pattern all over, by comparing neighbours (`runs`).
 //! - [`tag_frames`]: which pattern that is: the order of the sequence, then the times (`align`); frames beside a change
 //!   only if their neighbours' light can be ruled out (`ends`).
-//! - [`outstanding_order`]: in which order colours are best shown (`order`).
+//! - [`outstanding_order`]: in which order colours are best shown, [`begin_seen`]: which view may be first (`order`).
 //! - [`find_timing`]: latency, jitter, read-out and exposure from black and white flashes (`flash`).
 //!
 //! # Conventions
@@ -36,7 +36,7 @@ mod order;
 pub use align::{Alignment, Tag, tag_frames};
 pub use flash::{Flash, find_timing};
 pub use look::{BANDS, Band, Look, LookNoise, NoiseLaw};
-pub use order::outstanding_order;
+pub use order::{begin_seen, outstanding_order};
 pub use runs::{FrameKind, Seen};
 pub use settling::Settling;
 pub use timing::{Estimate, Timing, whole_holds_ms};

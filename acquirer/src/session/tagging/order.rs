@@ -1,4 +1,4 @@
-//! An order of colours in which each is easily told from a mixture of its neighbours.
+//! An order of colours in which each is easily told from a mixture of its neighbours, and which view may be first.
 //!
 //! Takes the colours of a sequence, gives the order. A frame that lies between its neighbours may be a mixture of them
 //! (see `runs`), so each colour should stand out from both of its neighbours, by being brighter or darker than both
@@ -17,6 +17,19 @@ pub fn outstanding_order(colours: &[Rgb]) -> Vec<usize> {
     });
     let best = orders.max_by_key(|(least, _)| *least);
     best.map_or_else(Vec::new, |(_, order)| order)
+}
+
+/// Has the first of some views differ from what is up, so that its begin is seen, by changing places with the second one
+/// where that helps; false when another view must be shown before them.
+pub fn begin_seen<T>(views: &mut [T], is_up: impl Fn(&T) -> bool) -> bool {
+    match views {
+        [first, second, ..] if is_up(first) && !is_up(second) => {
+            std::mem::swap(first, second);
+            true
+        }
+        [first, ..] => !is_up(first),
+        [] => true,
+    }
 }
 
 fn greedy(colours: &[Rgb], start: usize) -> Vec<usize> {
@@ -58,6 +71,20 @@ mod tests {
     use shared::pattern::Palette;
 
     use super::*;
+
+    #[test]
+    fn a_view_that_is_up_is_not_first_where_another_one_may_be() {
+        let begin = |views: &[char]| {
+            let mut views = views.to_vec();
+            let seen = begin_seen(&mut views, |view| *view == 'k');
+            (views.into_iter().collect::<String>(), seen)
+        };
+        assert_eq!(begin(&['k', 'w', 'c']), ("wkc".into(), true));
+        assert_eq!(begin(&['w', 'k']), ("wk".into(), true));
+        assert_eq!(begin(&['k', 'k', 'w']), ("kkw".into(), false));
+        assert_eq!(begin(&['k']), ("k".into(), false));
+        assert_eq!(begin(&[]), (String::new(), true));
+    }
 
     #[test]
     fn every_colour_of_the_palette_stands_out_by_half_the_range() {

@@ -1,7 +1,5 @@
 //! A desktop with two monitors: the picture on the one, the operator's window on the other.
 
-use std::{thread, time::Instant};
-
 use projector::screen::Monitor;
 use shared::{
     pattern::{Raster, RasterSize},
@@ -10,7 +8,7 @@ use shared::{
 
 use crate::{
     Client, Display, Projector,
-    operator::{PATIENCE, TITLE, TITLE_PATTERN, Twin, click, cut},
+    operator::{TITLE, TITLE_PATTERN, Twin, click, cut, until},
 };
 
 const LEFT: RasterSize = RasterSize {
@@ -42,26 +40,22 @@ fn operator(display: &Display) -> (u32, u32) {
     (number("X"), number("X") + number("WIDTH"))
 }
 
-/// Waits until the projector fills the monitor of this name.
+/// Waits until the projector fills the monitor of this name; gives its state then.
 fn moved(watcher: &mut Client, name: &str) -> ProjectorState {
-    let begin = Instant::now();
-    loop {
-        let state = watcher.state();
-        if state.screen.name == name && state.screen.raster == state.shown.raster {
-            return state;
-        }
-        assert!(begin.elapsed() < PATIENCE, "{:?}", state.screen);
-        thread::yield_now();
-    }
+    let mut state = watcher.state();
+    until(&format!("the picture is not on {name}"), || {
+        state = watcher.state();
+        state.screen.name == name && state.screen.raster == state.shown.raster
+    });
+    state
 }
 
 /// Waits until a monitor shows exactly the projector's picture.
 fn fills(display: &Display, state: &ProjectorState, (x, size): (u32, RasterSize)) {
     let expected = state.shown.pattern.raster(size);
-    let begin = Instant::now();
-    while seen(display, x, size) != expected {
-        assert!(begin.elapsed() < PATIENCE, "{:?}", state.shown);
-    }
+    until(&format!("another picture than {:?}", state.shown), || {
+        seen(display, x, size) == expected
+    });
 }
 
 #[test]
@@ -119,13 +113,9 @@ fn a_monitor_that_is_unplugged_beside_another_is_told_and_filled_again_when_it_i
     let state = moved(&mut watcher, "DUMMY1");
     fills(&display, &state, (LEFT.width, RIGHT));
     display.xrandr(&["--output", "DUMMY1", "--off"]);
-    let begin = Instant::now();
-    while watcher.state().screen.problem.is_none() {
-        assert!(
-            begin.elapsed() < PATIENCE,
-            "the missing monitor is not told"
-        );
-    }
+    until("the missing monitor is not told", || {
+        watcher.state().screen.problem.is_some()
+    });
     let mode = RIGHT.to_string();
     display.xrandr(&[
         "--output",
@@ -135,13 +125,9 @@ fn a_monitor_that_is_unplugged_beside_another_is_told_and_filled_again_when_it_i
         "--right-of",
         "DUMMY0",
     ]);
-    let begin = Instant::now();
-    while watcher.state().screen.problem.is_some() {
-        assert!(
-            begin.elapsed() < PATIENCE,
-            "it is back, and that is not seen"
-        );
-    }
+    until("it is back, and that is not seen", || {
+        watcher.state().screen.problem.is_none()
+    });
     let state = moved(&mut watcher, "DUMMY1");
     fills(&display, &state, (LEFT.width, RIGHT));
 }

@@ -31,7 +31,7 @@ pub(crate) const TITLE: &str = "projector - operator";
 /// What the frame that draws without a display leaves free around the window, in points.
 const MARGIN: f32 = 8.0;
 /// Far longer than a drawing takes.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The operator's window drawn without a display, in the state that the projector is in.
 pub(crate) struct Twin {
@@ -77,14 +77,12 @@ impl Twin {
 
     /// Where a part of the window lies.
     fn place(&self, role: egui::Role, name: &str) -> egui::Rect {
-        let rect = self.harness.get_by_role_and_label(role, name).rect();
-        rect.translate(egui::Vec2::splat(-MARGIN))
+        in_window(self.harness.get_by_role_and_label(role, name).rect())
     }
 
     /// Where the part lies whose label contains some words.
     pub(crate) fn place_of(&self, words: &str) -> egui::Rect {
-        let rect = self.harness.get_by_label_contains(words).rect();
-        rect.translate(egui::Vec2::splat(-MARGIN))
+        in_window(self.harness.get_by_label_contains(words).rect())
     }
 
     fn click(&mut self, role: egui::Role, name: &str) {
@@ -93,10 +91,24 @@ impl Twin {
     }
 }
 
+/// From the frame that draws without a display to the window itself.
+fn in_window(rect: egui::Rect) -> egui::Rect {
+    rect.translate(egui::Vec2::splat(-MARGIN))
+}
+
 /// Moves and clicks the mouse, or asks for windows: arguments separated by blanks.
 fn xdotool(display: &Display, arguments: &str) {
     let words: Vec<&str> = arguments.split_whitespace().collect();
     display.xdotool(&words);
+}
+
+/// Waits until something is seen; `what` says what was not.
+pub(crate) fn until(what: &str, mut seen: impl FnMut() -> bool) {
+    let begin = Instant::now();
+    while !seen() {
+        assert!(begin.elapsed() < PATIENCE, "{what}");
+        thread::sleep(Duration::from_millis(100));
+    }
 }
 
 /// Clicks in the operator's window.
@@ -144,17 +156,15 @@ impl Rig {
 
     /// Waits until a part of the operator's window has a pixel of this colour.
     fn wait_for(&self, place: egui::Rect, colour: Rgb) {
-        let begin = Instant::now();
         let (x, y) = (place.min.x as u32, place.min.y as u32);
         let size = RasterSize {
             width: place.width() as u32,
             height: place.height() as u32,
         };
         let has = |part: &Raster| part.bytes().chunks(3).any(|pixel| pixel == colour.0);
-        while !has(&cut(&self.display.window(TITLE), x, y, size)) {
-            assert!(begin.elapsed() < PATIENCE, "no {colour} at {place:?}");
-            thread::sleep(Duration::from_millis(100));
-        }
+        until(&format!("no {colour} at {place:?}"), || {
+            has(&cut(&self.display.window(TITLE), x, y, size))
+        });
     }
 
     /// Waits until another picture is on the wall, and compares the wall with it.
@@ -227,11 +237,9 @@ fn what_a_client_sets_is_drawn_in_the_window() {
         // the preview stands where it stood for the first picture
         let place = twin.place(egui::Role::Image, "Preview: Identify card");
         let (x, y) = (place.min.x.round() as u32, place.min.y.round() as u32);
-        let begin = Instant::now();
-        while cut(&rig.display.window(TITLE), x, y, size) != expected {
-            assert!(begin.elapsed() < PATIENCE, "the preview is another picture");
-            thread::sleep(Duration::from_millis(100));
-        }
+        until("the preview is another picture", || {
+            cut(&rig.display.window(TITLE), x, y, size) == expected
+        });
     }
 }
 

@@ -57,9 +57,10 @@ fn main() -> Result<()> {
          of patterns that are taken several times are not.\n\n\
          ## One condition after the other\n\n\
          Projector 59.94 Hz, camera 29.97 Hz, latency 60 ms, jitter 2 ms, read-out 15 ms, exposure 8 ms, nothing \
-         lost, but for the one that the row names. A pattern is held for two frames while exposure, read-out and jitter \
-         together are known to be shorter than a frame, or while the flashes spoilt one frame each; else for three or \
-         more, and what could not be told is shown again.\n\n{alone}\n\
+         lost, but for the one that the row names. A sequence is begun so that changes fall between the frames that are \
+         wanted, up to a refresh of the projector. A pattern is held for two frames while exposure, read-out, jitter and \
+         that refresh together are known to be shorter than two, or the first three shorter than one, or while the \
+         flashes spoilt one frame each; else for three or more, and what could not be told is shown again.\n\n{alone}\n\
          ## By rates and losses\n\n\
          Latency 0 to 300 ms, jitter 0 to 30 ms, read-out 0 to 30 ms (at most a frame), exposure 2 ms to half a frame, \
          by chance: in most of these rigs exposure, read-out and jitter together are longer than a frame, and no \

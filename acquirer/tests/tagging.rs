@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use acquirer::session::tagging::{
-    BANDS, Band, Estimate, Flash, Look, LookNoise, Seen, Tag, Timing, find_timing, tag_frames,
+    BANDS, Band, Delay, Estimate, Flash, Look, LookNoise, Seen, Settling, Tag, Timing, find_timing,
+    tag_frames,
 };
 use image::{Rgb, RgbImage};
 use rig_tests::measure::{TaggingRig, TaggingScore, score_tagging};
@@ -24,6 +25,7 @@ fn timing(latency_ms: f64) -> Timing {
         change: known(18.0),
         frame_ms: FRAME_MS,
         settling: None,
+        delay: None,
     }
 }
 
@@ -127,6 +129,106 @@ fn a_latency_that_has_changed_is_found_and_misleads_nobody() {
     }
 }
 
+/// The clocks vouch for frames stamped 60 ms after their pattern was shown, and not later than 35 ms after the next one.
+fn vouching(delay: Option<Delay>) -> Timing {
+    Timing {
+        settling: Some(Settling {
+            old_until_ms: 35.0,
+            new_from_ms: 60.0,
+            hold_frames: 3,
+            most_mixed: 1,
+            watched: true,
+        }),
+        delay,
+        change: Estimate {
+            ms: 40.0,
+            uncertainty_ms: 1.0,
+        },
+        ..timing(40.0)
+    }
+}
+
+#[test]
+fn a_sequence_is_begun_so_that_frames_come_where_the_clocks_vouch_for_them() {
+    let delay = |most_ms| {
+        Some(Delay {
+            least_ms: 2.0,
+            most_ms,
+        })
+    };
+    // a change takes 25 ms, and its beginning is known to 35: together less than two frames of 33
+    let timing = vouching(delay(37.0));
+    assert_eq!(timing.hold_frames(1), 2);
+    assert_eq!(timing.hold_frames(3), 4);
+    let wider = vouching(delay(44.0));
+    assert_eq!(wider.hold_frames(1), 3);
+    for (earliest_ms, stamp_ms) in [(1000.0, 990.0), (1000.0, 1013.0), (1000.0, 20.0)] {
+        let begin_ms = timing.begin_ms(earliest_ms, stamp_ms, 1);
+        assert!((earliest_ms..earliest_ms + FRAME_MS).contains(&begin_ms));
+        // shown as early or as late as may be, there is a frame that is vouched for
+        for late_ms in [2.0, 37.0] {
+            let shown_ms = begin_ms + late_ms;
+            let frames = (0..60).map(|k| stamp_ms + FRAME_MS * f64::from(k));
+            let vouched = frames.into_iter().filter(|stamp| {
+                let since = stamp - shown_ms;
+                timing.is_settled(Some(since), Some(since - 2.0 * FRAME_MS))
+            });
+            assert!(vouched.count() > 0, "{begin_ms}, {late_ms} ms late");
+        }
+        // where several frames are wanted, changes fall half a frame from there
+        let between_ms = timing.begin_ms(earliest_ms, stamp_ms, 2);
+        let apart = (begin_ms - between_ms).rem_euclid(FRAME_MS);
+        assert!((apart - FRAME_MS / 2.0).abs() < 1e-6, "{apart}");
+    }
+    let unknown = vouching(None).begin_ms(1000.0, 990.0, 1);
+    assert!((unknown - 1000.0).abs() < 1e-9, "at once: {unknown}");
+}
+
+/// Frames of colours held for two frames each, the first of them half the colour before, and when the projector said that each was shown;
+/// black is up before.
+fn mixed_and_whole(colours: &[[f32; 3]]) -> (Vec<Seen>, Vec<f64>) {
+    let mut frames = vec![frame(0, whole(BLACK)), frame(1, whole(BLACK))];
+    let mut before = BLACK;
+    for &colour in colours {
+        let mixture = std::array::from_fn(|c| f32::midpoint(before[c], colour[c]));
+        frames.push(frame(frames.len(), whole(mixture)));
+        frames.push(frame(frames.len(), whole(colour)));
+        before = colour;
+    }
+    let shown = (0..colours.len()).map(|k| FRAME_MS * (2.0 + 2.0 * k as f64) - 45.0);
+    (frames, shown.collect())
+}
+
+#[test]
+fn a_frame_between_two_mixed_ones_is_given_if_the_clocks_vouch_for_it_and_are_right_elsewhere() {
+    // half of green lies between black and green, as a mixture of them does
+    let half = GREEN.map(|value| value / 2.0);
+    let colours = [
+        RED, GREEN, BLUE, RED, GREEN, BLUE, RED, GREEN, BLUE, BLACK, half, GREEN, RED,
+    ];
+    let (frames, shown) = mixed_and_whole(&colours);
+    let noise = LookNoise::of(&[], &[]);
+    let place = 2 + 2 * 10 + 1;
+    let clocks = vouching(None);
+    let told = tag_frames(&frames, &shown, &clocks, noise);
+    assert_eq!(told.tags[place], Tag::Shows(11));
+    for (k, tag) in told.tags.iter().enumerate().skip(2) {
+        let expected = Tag::Shows(k / 2);
+        assert!(*tag == expected || k % 2 == 0, "frame {k}: {tag:?}");
+        assert!(*tag != expected || k % 2 == 1, "frame {k} is mixed");
+    }
+    // not if the flashes missed frames, nor if the clocks would vouch for mixed ones too
+    let mut doubtful = [clocks; 2];
+    if let [Some(unwatched), Some(generous)] = doubtful.each_mut().map(|t| t.settling.as_mut()) {
+        unwatched.watched = false;
+        generous.new_from_ms = 40.0;
+    }
+    for timing in doubtful {
+        let told = tag_frames(&frames, &shown, &timing, noise);
+        assert_eq!(told.tags[place], Tag::Mixed);
+    }
+}
+
 #[test]
 fn a_little_light_of_another_pattern_is_ruled_out_before_a_frame_is_given() {
     let noise = LookNoise::of(&[], &[]);
@@ -207,6 +309,7 @@ fn the_timing_is_found_from_flashes_with_its_uncertainty() {
     let flashes: Vec<Flash> = (0..16)
         .map(|k| Flash {
             shown_ms: 500.0 + 150.0 * f64::from(k) + 61.0 * (f64::from(k) * 0.618).fract(),
+            due_ms: 490.0 + 150.0 * f64::from(k),
             white: k % 2 == 0,
         })
         .collect();

@@ -2,7 +2,7 @@
 
 use shared::{
     pattern::{Pattern, Rgb},
-    protocol::{Command, ControllerChange, SequenceStep, ServerMessage, View},
+    protocol::{Command, ControllerChange, ErrorCode, SequenceStep, ServerMessage, View},
 };
 
 use crate::{configured, headless};
@@ -70,11 +70,13 @@ fn a_sequence_is_noted_at_once_and_shown_in_its_time_without_further_requests() 
     let projector = headless();
     let mut client = projector.controller();
     let views = [View::White, View::White, View::Coded, View::Black];
-    let steps = views
-        .clone()
-        .map(|view| SequenceStep { view, hold_ms: 100 });
+    let steps = views.clone().map(|view| SequenceStep {
+        view,
+        hold_ms: 100.0,
+    });
     let reply = client.ask(Command::ShowSequence {
         steps: steps.into(),
+        begin_ns: None,
     });
     assert!(matches!(reply, ServerMessage::Noted { .. }), "{reply:?}");
     let shown_yet = |notice: &ServerMessage| matches!(notice, ServerMessage::Shown(_));
@@ -96,6 +98,51 @@ fn a_sequence_is_noted_at_once_and_shown_in_its_time_without_further_requests() 
         (270..1000).contains(&took_ms),
         "{took_ms} ms for three steps"
     );
+}
+
+#[test]
+fn a_sequence_begins_when_the_projectors_clock_says_so() {
+    let projector = headless();
+    let mut client = projector.controller();
+    let ServerMessage::Pong { clock_ns, .. } = client.ask(Command::Ping) else {
+        panic!("no pong");
+    };
+    let begin_at = |begin_ns| Command::ShowSequence {
+        steps: vec![SequenceStep {
+            view: View::White,
+            hold_ms: 33.4,
+        }],
+        begin_ns: Some(begin_ns),
+    };
+    // whoever waits for an hour, or for ever, has mistaken another clock for this one
+    for begin_ns in [clock_ns + 3_600_000_000_000, u64::MAX] {
+        let ServerMessage::Error { code, message, .. } = client.ask(begin_at(begin_ns)) else {
+            panic!("{begin_ns} was taken");
+        };
+        assert_eq!(code, ErrorCode::Invalid);
+        assert!(message.contains("within 60 s"), "{message}");
+    }
+    let begin_ns = clock_ns + 400_000_000;
+    let reply = client.ask(begin_at(begin_ns));
+    assert!(matches!(reply, ServerMessage::Noted { .. }), "{reply:?}");
+    assert_ne!(client.state().shown.pattern, Pattern::WHITE, "not yet");
+    let shown = loop {
+        if let Some(ServerMessage::Shown(shown)) = client.next() {
+            break shown;
+        }
+    };
+    assert_eq!(shown.pattern, Pattern::WHITE);
+    assert!(
+        shown.presented_ns >= begin_ns,
+        "{} ns early",
+        begin_ns - shown.presented_ns
+    );
+    // a time that is over means now; another picture ends what waits
+    client.ask(begin_at(begin_ns + 59_000_000_000));
+    client.show(View::Black);
+    client.ask(begin_at(1));
+    let white = |notice: &ServerMessage| matches!(notice, ServerMessage::Shown(shown) if shown.pattern == Pattern::WHITE);
+    while !client.next().as_ref().is_some_and(white) {}
 }
 
 #[test]

@@ -47,6 +47,13 @@ impl ClockOffset {
         let local = signed(projector_ns).saturating_add(self.offset_ns);
         Duration::from_nanos(u64::try_from(local).unwrap_or(0))
     }
+
+    /// A time of our clock on the projector's, in nanoseconds; zero for a time before the projector started.
+    #[must_use]
+    pub fn projector_ns(&self, local: Duration) -> u64 {
+        let projector = signed(local.as_nanos()).saturating_sub(self.offset_ns);
+        u64::try_from(projector).unwrap_or(0)
+    }
 }
 
 fn signed(nanoseconds: impl TryInto<i64>) -> i64 {
@@ -70,6 +77,7 @@ mod tests {
             }
         );
         assert_eq!(ping.offset.local_time(90_000_000_000), ms(1002));
+        assert_eq!(ping.offset.projector_ns(ms(1002)), 90_000_000_000);
         assert_eq!(ping.offset.local_time(0), Duration::ZERO);
         assert_eq!(
             ping.offset.local_time(u64::MAX).as_nanos(),

@@ -153,13 +153,18 @@ impl ProjectorLink {
         self.present(Command::Show { view })
     }
 
-    /// Has views shown one after the other, each for its time; returns as soon as the projector has taken the
-    /// order. The next [`Notice::Shown`]s are those of the steps, in their order.
+    /// Has views shown one after the other, each for its time, the first one when the projector's clock shows `begin_ns`
+    /// or at once; returns as soon as the projector has taken the order. The next [`Notice::Shown`]s are those of the
+    /// steps, in their order.
     ///
     /// # Errors
     /// As [`ProjectorLink::show`].
-    pub fn show_sequence(&self, steps: Vec<SequenceStep>) -> Result<(), LinkError> {
-        self.note(Command::ShowSequence { steps })
+    pub fn show_sequence(
+        &self,
+        steps: Vec<SequenceStep>,
+        begin_ns: Option<u64>,
+    ) -> Result<(), LinkError> {
+        self.note(Command::ShowSequence { steps, begin_ns })
     }
 
     /// Changes the colours of the coded grid and the unary colour.

@@ -132,6 +132,7 @@ impl Latency {
                 change: nothing,
                 frame_ms,
                 settling: None,
+                delay: None,
             },
             taken_every_ms: frame_ms,
             flashes: 0,
@@ -192,7 +193,7 @@ pub fn measure_latency(
     step(2);
     let flashes = settings.flashes.clamp(4, 60);
     let steps = flash_steps(flashes, rig.frame_ms());
-    let played = rig.play(&steps, cancel)?;
+    let played = rig.play(&steps, 1, cancel)?;
     let frame_ms = frame_period_ms(&played.frames).unwrap_or_else(|| rig.frame_ms());
     if (frame_ms / rig.frame_ms() - 1.0).abs() > RATE_TOLD {
         tracing::warn!(
@@ -250,10 +251,12 @@ impl<'a> Levels<'a> {
         played: &Played,
         frame_ms: f64,
     ) -> Result<Timing, SessionError> {
-        let flashes = played.shown_ms.iter().zip(steps);
-        let flashes: Vec<Flash> = flashes
-            .map(|(&shown_ms, (view, _))| Flash {
+        let times = played.shown_ms.iter().zip(&played.due_ms);
+        let flashes: Vec<Flash> = times
+            .zip(steps)
+            .map(|((&shown_ms, &due_ms), (view, _))| Flash {
                 shown_ms,
+                due_ms,
                 white: *view == View::White,
             })
             .collect();

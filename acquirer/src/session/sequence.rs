@@ -16,7 +16,7 @@ use shared::{
 use super::{
     Cancel, Rig, SessionError,
     rig::FRAME_TIMEOUT,
-    tagging::{Alignment, FrameKind, Look, Seen, Tag, begin_seen, tag_frames, whole_holds_ms},
+    tagging::{Alignment, FrameKind, Look, Seen, Tag, begin_seen, tag_frames},
 };
 use crate::{camera::Frame, clock::monotonic_now, projector_link::Notice, scan::Shows};
 
@@ -30,6 +30,8 @@ const MOST_VIEWS: usize = 32;
 /// second for a picture.
 const PATIENCE: Duration = Duration::from_secs(6);
 const STEP_PATIENCE: Duration = Duration::from_secs(2);
+/// Time for a sequence to reach the projector beyond what a message is on its way, before its first picture is due.
+const ORDER_TIME: Duration = Duration::from_millis(5);
 /// The latency as it was counts as much as this many changes: single changes jitter.
 const KNOWN_CHANGES: f64 = 4.0;
 /// A latency that is off by more than this is told to the operator, in milliseconds.
@@ -46,8 +48,9 @@ pub struct Shot {
     pub count: usize,
 }
 
-/// What came of a sequence: when each step was shown, in milliseconds on our clock, and the frames.
+/// What came of a sequence: when each step was due and when it was shown, in milliseconds on our clock, and the frames.
 pub(super) struct Played {
+    pub(super) due_ms: Vec<f64>,
     pub(super) shown_ms: Vec<f64>,
     pub(super) seen: Vec<Seen>,
     pub(super) frames: Vec<Frame>,
@@ -165,7 +168,8 @@ impl Rig {
         });
         let lead = lead.map(|view| (view, (self.hold_frames(1) + more) as f64 * frame_ms));
         let steps: Vec<(View, f64)> = lead.into_iter().chain(held).collect();
-        let played = self.play(&steps, cancel)?;
+        let whole = shots.iter().map(|shot| shot.count).min().unwrap_or(1);
+        let played = self.play(&steps, whole, cancel)?;
         let mut taken: Vec<Vec<Frame>> = shots.iter().map(|_| Vec::new()).collect();
         let Some(latency) = &self.latency else {
             return Ok(taken);
@@ -183,29 +187,42 @@ impl Rig {
     }
 
     /// Has a sequence shown, each view for its milliseconds, and takes every frame until the last view is settled and
-    /// its time is over.
+    /// its time is over. The first view is due when at least so many `whole` frames of each are best seen.
     pub(super) fn play(
         &mut self,
         steps: &[(View, f64)],
+        whole: usize,
         cancel: &Cancel,
     ) -> Result<Played, SessionError> {
         while self.projector.next_notice(Duration::ZERO)?.is_some() {}
-        self.clock_offset()?;
-        let holds: Vec<f64> = steps.iter().map(|(_, ms)| *ms).collect();
-        let holds = whole_holds_ms(&holds).into_iter();
-        let order = steps.iter().zip(holds).map(|((view, _), hold_ms)| {
-            let (view, hold_ms) = (view.clone(), hold_ms.min(MAX_HOLD_MS));
-            SequenceStep { view, hold_ms }
+        let clock = self.clock_offset()?;
+        let order = steps.iter().map(|(view, hold_ms)| SequenceStep {
+            view: view.clone(),
+            hold_ms: hold_ms.clamp(1.0, MAX_HOLD_MS),
         });
+        let order: Vec<SequenceStep> = order.collect();
         let whole_ms: f64 = steps.iter().map(|(_, ms)| ms).sum();
         let last_ms = steps.last().map_or(0.0, |(_, ms)| *ms);
         let mut played = Played {
+            due_ms: Vec::new(),
             shown_ms: Vec::new(),
             seen: Vec::new(),
             frames: Vec::new(),
         };
-        self.take(&mut played, cancel)?; // what is up before
-        self.projector.show_sequence(order.collect())?;
+        let stamp_ms = self.take(&mut played, cancel)?; // what is up before
+        let earliest_ms = milliseconds(monotonic_now() + 2 * clock.uncertainty + ORDER_TIME);
+        let begin_ms = match &self.latency {
+            Some(latency) => latency.timing.begin_ms(earliest_ms, stamp_ms, whole),
+            None => earliest_ms,
+        };
+        let mut due_ms = begin_ms;
+        for step in &order {
+            played.due_ms.push(due_ms);
+            due_ms += step.hold_ms;
+        }
+        let begin = Duration::try_from_secs_f64(begin_ms / 1000.0).ok();
+        let begin_ns = begin.map(|begin| clock.projector_ns(begin));
+        self.projector.show_sequence(order, begin_ns)?;
         let deadline = monotonic_now()
             + Duration::from_secs_f64(whole_ms / 1000.0)
             + PATIENCE

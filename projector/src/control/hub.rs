@@ -7,8 +7,8 @@
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use shared::protocol::{
-    Command, ControllerChange, ErrorCode, Hello, Request, Role, ScreenInfo, ServerMessage, VERSION,
-    encode,
+    Command, ControllerChange, ErrorCode, Hello, MAX_HOLD_MS, Request, Role, ScreenInfo,
+    ServerMessage, VERSION, encode,
 };
 use tokio::{
     sync::{mpsc, oneshot, watch},
@@ -20,8 +20,9 @@ use super::{
     connection::{Event, Peer},
 };
 use crate::{
+    clock::Clock,
     screen::{Orders, Presented},
-    state::{ConnectionId, Effects, State},
+    state::{ConnectionId, Effects, Refusal, State},
 };
 
 /// Longest time a screen may take for a picture. It usually takes 0.07 s; a software driver on a busy machine
@@ -58,6 +59,7 @@ pub(super) struct Hub {
     /// When the next step of the running sequence is due.
     step_due: Option<Instant>,
     on_controller_lost: OnControllerLost,
+    clock: Clock,
     first_shown: Option<oneshot::Sender<()>>,
 }
 
@@ -65,6 +67,7 @@ impl Hub {
     /// Waits for the screen, shows the first picture, and then does what comes.
     pub(super) async fn run(
         settings: ControlSettings,
+        clock: Clock,
         mut screen: ScreenSide,
         mut events: mpsc::Receiver<Event>,
         first_shown: oneshot::Sender<()>,
@@ -80,6 +83,7 @@ impl Hub {
             identify_end: None,
             step_due: None,
             on_controller_lost: settings.on_controller_lost,
+            clock,
             first_shown: Some(first_shown),
         };
         hub.orders.show(hub.state.picture().clone());
@@ -176,7 +180,8 @@ impl Hub {
             command,
             Command::ReportSelection { .. } | Command::ShowSequence { .. }
         );
-        match self.state.request(id, command) {
+        let begins = self.check_begin(&command);
+        match begins.and_then(|()| self.state.request(id, command)) {
             Err(refusal) => self.tell(id, &refusal.reply(Some(number))),
             Ok(_) if is_state => {
                 let state = self.state.report();
@@ -188,6 +193,31 @@ impl Hub {
             }
             Ok(effects) => self.carry_out(effects, Some((id, number))),
         }
+    }
+
+    /// Whether a command that tells when it begins tells a time soon enough.
+    fn check_begin(&self, command: &Command) -> Result<(), Refusal> {
+        let Command::ShowSequence {
+            begin_ns: Some(begin_ns),
+            ..
+        } = command
+        else {
+            return Ok(());
+        };
+        let wait = self.until(*begin_ns);
+        if 1000.0 * wait.as_secs_f64() <= MAX_HOLD_MS {
+            return Ok(());
+        }
+        Err(Refusal::Invalid(format!(
+            "a sequence that begins in {} s: choose a time within {} s, by the clock that ping tells",
+            wait.as_secs(),
+            MAX_HOLD_MS / 1000.0
+        )))
+    }
+
+    /// Time until the projector's clock shows this; none if it did already.
+    fn until(&self, clock_ns: u64) -> Duration {
+        Duration::from_nanos(clock_ns.saturating_sub(self.clock.now_ns()))
     }
 
     fn gone(&mut self, id: ConnectionId) {
@@ -220,7 +250,9 @@ impl Hub {
         } else if !self.state.is_identifying() {
             self.identify_end = None;
         }
-        if let Some(hold) = effects.next_step_in {
+        if let Some(begin_ns) = effects.first_step_at_ns {
+            self.step_due = Some(Instant::now() + self.until(begin_ns));
+        } else if let Some(hold) = effects.next_step_in {
             self.step_due = Some(next_due(self.step_due, hold));
         } else if !self.state.has_steps() {
             self.step_due = None;

@@ -61,7 +61,7 @@ pub(super) async fn serve(
         }
     };
     tokio::select! {
-        () = Hub::run(settings, screen, events_in, shown) => {}
+        () = Hub::run(settings, clock, screen, events_in, shown) => {}
         () = accepting => {}
         () = watch_codes(access.as_deref(), &events) => {}
     }

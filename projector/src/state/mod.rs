@@ -91,6 +91,8 @@ pub struct Effects {
     pub identify_for: Option<Duration>,
     /// The next step of the sequence is to be taken after this time.
     pub next_step_in: Option<Duration>,
+    /// The first step of a sequence is to be taken when the projector's clock shows this.
+    pub first_step_at_ns: Option<u64>,
 }
 
 #[derive(Debug, Clone)]
@@ -297,10 +299,16 @@ impl State {
                     ..Effects::default()
                 });
             }
-            Command::ShowSequence { steps } => {
+            Command::ShowSequence { steps, begin_ns } => {
                 check_steps(&steps)?;
                 self.steps = steps.into();
-                return Ok(self.next_step());
+                if begin_ns.is_none() {
+                    return Ok(self.next_step());
+                }
+                return Ok(Effects {
+                    first_step_at_ns: begin_ns,
+                    ..Effects::default()
+                });
             }
             Command::Identify { seconds } => {
                 identify_for = Some(check_seconds(seconds)?);
@@ -332,7 +340,7 @@ impl State {
             present: self.renew(false),
             changed,
             identify_for,
-            next_step_in: None,
+            ..Effects::default()
         })
     }
 
@@ -345,12 +353,12 @@ impl State {
         self.pairing_code = None;
         self.blank = false;
         self.identifying = false;
-        let hold = Duration::from_millis(step.hold_ms.into());
+        let hold = Duration::from_secs_f64(step.hold_ms / 1000.0);
         Effects {
             present: self.renew(true),
             changed: !self.has_steps(),
-            identify_for: None,
             next_step_in: self.has_steps().then_some(hold),
+            ..Effects::default()
         }
     }
 
@@ -466,7 +474,7 @@ fn check_steps(steps: &[SequenceStep]) -> Result<(), Refusal> {
     }
     let wrong = steps
         .iter()
-        .find(|step| !(1..=MAX_HOLD_MS).contains(&step.hold_ms));
+        .find(|step| !(1.0..=MAX_HOLD_MS).contains(&step.hold_ms));
     match wrong {
         None => Ok(()),
         Some(step) => Err(Refusal::Invalid(format!(

@@ -168,10 +168,11 @@ fn the_two_colour_view_and_the_test_card_are_pictures_of_their_own() {
 fn sequence(views: &[View]) -> Command {
     let steps = views.iter().map(|view| SequenceStep {
         view: view.clone(),
-        hold_ms: 50,
+        hold_ms: 50.0,
     });
     Command::ShowSequence {
         steps: steps.collect(),
+        begin_ns: None,
     }
 }
 
@@ -220,8 +221,9 @@ fn a_sequence_without_steps_with_too_many_or_without_time_is_refused() {
     let timeless = Command::ShowSequence {
         steps: vec![SequenceStep {
             view: View::White,
-            hold_ms: 0,
+            hold_ms: 0.0,
         }],
+        begin_ns: None,
     };
     for command in [
         sequence(&[]),

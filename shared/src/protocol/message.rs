@@ -85,6 +85,10 @@ pub enum Command {
     ShowSequence {
         /// What to show for how long, 1 to [`super::MAX_STEPS`].
         steps: Vec<SequenceStep>,
+        /// When the first step is sent to the screen, on the projector's clock, at most [`super::MAX_HOLD_MS`] from now;
+        /// at once without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        begin_ns: Option<u64>,
     },
     /// Changes the colours of the coded grid and of its unary twin.
     SetColours {
@@ -185,13 +189,13 @@ pub enum View {
 }
 
 /// A view of a sequence and its time.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SequenceStep {
     /// What to show.
     pub view: View,
     /// Time until the next step is sent to the screen, in milliseconds, 1 to [`super::MAX_HOLD_MS`]; the last
     /// view stays.
-    pub hold_ms: u32,
+    pub hold_ms: f64,
 }
 
 /// Anything the projector sends.

@@ -40,8 +40,8 @@ pub const VERSION: u32 = 1;
 /// Most steps of one sequence.
 pub const MAX_STEPS: usize = 64;
 
-/// Longest time of one step of a sequence, in milliseconds.
-pub const MAX_HOLD_MS: u32 = 60_000;
+/// Longest time of one step of a sequence, and until it begins, in milliseconds.
+pub const MAX_HOLD_MS: f64 = 60_000.0;
 
 /// The TCP port the projector listens on unless told otherwise.
 pub const DEFAULT_PORT: u16 = 4460;

@@ -13,7 +13,7 @@ mod scene;
 
 use acquirer::session::tagging::{
     BANDS, Band, Flash, FrameKind, Look, LookNoise, Seen, Tag, Timing, begin_seen, find_timing,
-    tag_frames, whole_holds_ms,
+    tag_frames,
 };
 use random::Random;
 use scene::Scene;
@@ -220,7 +220,11 @@ impl Simulation {
         }
         let hold_ms = |count: usize| (timing.hold_frames(count) + pass) as f64 * timing.frame_ms;
         let steps: Vec<(usize, f64)> = shots.iter().map(|&(k, n)| (k, hold_ms(n))).collect();
-        let shown = self.show(&steps, *now);
+        let wanted = shots.iter().map(|shot| shot.1).filter(|&count| count > 0);
+        let whole = wanted.min().unwrap_or(1);
+        let so_far = self.frames(*now - 3.0 * hold_ms(1), *now);
+        let stamp_ms = so_far.last().map_or(*now, |frame| frame.seen.stamp_ms);
+        let (_, shown) = self.show(&steps, timing.begin_ms(*now, stamp_ms, whole));
         let first_light = shown[0] + self.rig.latency_ms;
         let last_hold = steps[steps.len() - 1].1;
         let end = shown[shown.len() - 1] + timing.settled_ms() + last_hold + 3.0 * hold_ms(1);
@@ -269,23 +273,23 @@ impl Simulation {
         self.light.last().map_or(BLACK, |light| light.1)
     }
 
-    /// Has patterns shown, each for its time in whole milliseconds as the wire takes it; gives when the projector says
-    /// that each was.
-    fn show(&mut self, steps: &[(usize, f64)], begin: f64) -> Vec<f64> {
+    /// Has patterns shown, each for its time, the first one due at a time of the camera's clock; gives when each was due
+    /// and when the projector says that it was shown.
+    fn show(&mut self, steps: &[(usize, f64)], begin: f64) -> (Vec<f64>, Vec<f64>) {
         let refresh = 1000.0 / self.rig.projector_hz;
-        let mut order = begin;
+        let (mut due, mut dues) = (begin, Vec::new());
         let mut shown = Vec::new();
-        let holds: Vec<f64> = steps.iter().map(|(_, hold)| *hold).collect();
-        for (&(pattern, _), hold) in steps.iter().zip(whole_holds_ms(&holds)) {
-            let presented = (order / refresh).ceil() * refresh;
+        for &(pattern, hold) in steps {
+            let presented = ((due - self.clock_error_ms) / refresh).ceil() * refresh;
             let spread = self.random.within(-0.5, 0.5) * self.rig.jitter_ms;
             let last = self.light.last().map_or(f64::NEG_INFINITY, |light| light.0);
             let lit = (presented + self.rig.latency_ms + spread).max(last);
             self.light.push((lit, pattern));
             shown.push(presented + self.clock_error_ms);
-            order += f64::from(hold);
+            dues.push(due);
+            due += hold;
         }
-        shown
+        (dues, shown)
     }
 
     /// The frames that the camera gives between two times.
@@ -374,11 +378,12 @@ impl Simulation {
             })
             .collect();
         let begin = 2.0 * settle + 100.0;
-        let shown = self.show(&steps, begin);
+        let (due, shown) = self.show(&steps, begin);
         let end = shown[FLASHES - 1] + 800.0;
-        let flashes = shown.iter().zip(&steps).map(|(&shown_ms, step)| Flash {
-            shown_ms,
-            white: step.0 == WHITE,
+        let flashes = (0..FLASHES).map(|k| Flash {
+            shown_ms: shown[k],
+            due_ms: due[k],
+            white: steps[k].0 == WHITE,
         });
         let flashes: Vec<Flash> = flashes.collect();
         let frames = self.frames(begin - 300.0, end);

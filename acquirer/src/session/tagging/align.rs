@@ -31,6 +31,8 @@ const SKIPPED: f64 = 6.0;
 const FOREIGN: f64 = 14.0;
 /// Lead over the best other label that a label needs.
 const MARGIN: f64 = 9.2;
+/// Changes that must have been seen for the clocks to vouch for a frame against its look.
+const LEAST_CHANGES: usize = 8;
 /// Most that one run's own times may cost for its label to be believed.
 const BELIEVED: f64 = 8.0;
 
@@ -71,7 +73,10 @@ pub fn tag_frames(
 ) -> Alignment {
     let (kinds, runs) = find_runs(frames, noise, timing.frame_ms);
     let problem = Problem {
-        spans: runs.iter().map(|run| span(frames, run)).collect(),
+        spans: runs
+            .iter()
+            .map(|run| Span::of(run, frames, &kinds))
+            .collect(),
         runs: &runs,
         shown_ms,
         timing,
@@ -108,15 +113,21 @@ pub fn tag_frames(
             tags[frame] = Tag::Shows(label);
         }
     }
+    let changes = labels
+        .iter()
+        .filter(|label| label.is_some_and(|k| k > 0))
+        .count();
+    if changes >= LEAST_CHANGES && timing.settling.is_some_and(|seen| seen.watched) {
+        let vouched = problem.vouched(frames, &kinds, &labels, offset_ms);
+        for (frame, pattern) in vouched.unwrap_or_default() {
+            tags[frame] = Tag::Shows(pattern);
+        }
+    }
     for (frame, kind) in kinds.iter().enumerate() {
         if let FrameKind::Duplicate { of } = *kind {
             tags[frame] = tags[of];
         }
     }
-    let changes = labels
-        .iter()
-        .filter(|label| label.is_some_and(|k| k > 0))
-        .count();
     Alignment {
         tags,
         kinds,
@@ -125,16 +136,34 @@ pub fn tag_frames(
     }
 }
 
-/// First and last stamp of a run, in milliseconds.
-fn span(frames: &[Seen], run: &Run) -> (f64, f64) {
-    let stamp = |place: Option<&usize>| place.map_or(0.0, |&k| frames[k].stamp_ms);
-    (stamp(run.frames.first()), stamp(run.frames.last()))
+/// The stamps of a run's first and last frame, and of the mixed frames right before and after it, in milliseconds.
+struct Span {
+    first: f64,
+    last: f64,
+    mixed_before: Option<f64>,
+    mixed_after: Option<f64>,
+}
+
+impl Span {
+    fn of(run: &Run, frames: &[Seen], kinds: &[FrameKind]) -> Self {
+        let (first, last) = (run.frames[0], run.frames[run.frames.len() - 1]);
+        let mixed = |place: Option<usize>| {
+            let place = place.filter(|&k| kinds.get(k) == Some(&FrameKind::Mixed));
+            place.map(|k| frames[k].stamp_ms)
+        };
+        Self {
+            first: frames[first].stamp_ms,
+            last: frames[last].stamp_ms,
+            mixed_before: mixed(first.checked_sub(1)),
+            mixed_after: mixed(Some(last + 1)),
+        }
+    }
 }
 
 /// Runs to be aligned to a sequence.
 struct Problem<'a> {
     runs: &'a [Run],
-    spans: Vec<(f64, f64)>,
+    spans: Vec<Span>,
     shown_ms: &'a [f64],
     timing: &'a Timing,
 }
@@ -265,20 +294,27 @@ impl Problem<'_> {
         }
     }
 
-    /// What the times of a run say against a pattern.
+    /// What the times of a run say against a pattern: its light came before the run's first frame but not before a mixed
+    /// one ahead of that, and the next one's after the last frame but not after a mixed one behind it.
     fn time_cost(&self, run: usize, pattern: usize, offset: f64) -> f64 {
-        let (first, last) = self.spans[run];
-        let latency = self.timing.latency.ms + offset;
-        let spread = self.timing.jitter.at_most() / 2.0;
-        let begin = pattern.checked_sub(1).map(|k| self.shown_ms[k]);
-        let end = self.shown_ms.get(pattern);
-        let too_early = begin.map_or(0.0, |shown| {
-            shown + latency + self.timing.exposure.at_least() - spread - first
+        let (span, timing) = (&self.spans[run], self.timing);
+        let latency = timing.latency.ms + offset;
+        let spread = timing.jitter.at_most() / 2.0;
+        let begin = pattern.checked_sub(1).map(|k| self.shown_ms[k] + latency);
+        let end = self.shown_ms.get(pattern).map(|shown| shown + latency);
+        let begin_miss = begin.map_or(0.0, |lit| {
+            let too_late = lit - spread + timing.exposure.at_least() - span.first;
+            let mixed = span.mixed_before.unwrap_or(f64::NEG_INFINITY);
+            let too_early = mixed - timing.exposure.at_most() - lit - spread;
+            too_late.max(too_early)
         });
-        let too_late = end.map_or(0.0, |shown| {
-            last + self.timing.readout.at_least() - shown - latency - spread
+        let end_miss = end.map_or(0.0, |lit| {
+            let too_early = span.last + timing.readout.at_least() - lit - spread;
+            let mixed = span.mixed_after.unwrap_or(f64::INFINITY);
+            let too_late = lit - spread - mixed - timing.readout.at_most();
+            too_early.max(too_late)
         });
-        let miss = too_early.max(0.0).hypot(too_late.max(0.0));
+        let miss = begin_miss.max(0.0).hypot(end_miss.max(0.0));
         (0.5 * (miss / TIME_SIGMA_MS).powi(2)).min(TIME_MOST)
     }
 
@@ -287,6 +323,47 @@ impl Problem<'_> {
         let begin = pattern.checked_sub(1).map(|k| stamp_ms - self.shown_ms[k]);
         let end = self.shown_ms.get(pattern).map(|next| stamp_ms - next);
         self.timing.is_settled(begin, end)
+    }
+
+    /// The frames that the clocks alone vouch for, with their patterns: those that stand between mixed ones, or beside lost
+    /// ones, and so cannot be told by their look. `None` if the clocks are wrong for one of the frames that can.
+    fn vouched(
+        &self,
+        frames: &[Seen],
+        kinds: &[FrameKind],
+        labels: &[Option<usize>],
+        offset_ms: f64,
+    ) -> Option<Vec<(usize, usize)>> {
+        let mut told: Vec<Option<usize>> = vec![None; frames.len()];
+        for (run, label) in self.runs.iter().zip(labels) {
+            run.frames.iter().for_each(|&frame| told[frame] = *label);
+        }
+        let mut vouched = Vec::new();
+        for (frame, kind) in kinds.iter().enumerate() {
+            let pattern = self.settled_pattern(frames[frame].stamp_ms - offset_ms);
+            let Some(pattern) = pattern.filter(|_| !matches!(kind, FrameKind::Duplicate { .. }))
+            else {
+                continue;
+            };
+            // a frame that is not like the whole ones of a pattern does not show it
+            if labels.contains(&Some(pattern)) && told[frame] != Some(pattern) {
+                return None;
+            }
+            if matches!(kind, FrameKind::Mixed | FrameKind::Unsure) {
+                // nor do two that are not alike
+                if vouched.last().is_some_and(|(_, other)| *other == pattern) {
+                    return None;
+                }
+                vouched.push((frame, pattern));
+            }
+        }
+        Some(vouched)
+    }
+
+    /// The pattern that the clocks vouch for at this stamp, if they do for one.
+    fn settled_pattern(&self, stamp_ms: f64) -> Option<usize> {
+        let newest = self.shown_ms.partition_point(|shown| *shown <= stamp_ms);
+        (0..=newest).rev().find(|&k| self.is_settled(k, stamp_ms))
     }
 
     /// Whether the pattern and those beside it were up for so long, in milliseconds.

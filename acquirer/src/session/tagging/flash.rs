@@ -8,7 +8,7 @@
 //! flickers in step with the flashes, which their irregular order makes unlikely.
 
 use super::{
-    Estimate, Timing,
+    Delay, Estimate, Timing,
     settling::{Settling, SinceFlash},
 };
 
@@ -44,6 +44,8 @@ const LEAST_AGREEMENT: f64 = 0.6;
 pub struct Flash {
     /// When the projector says that it is shown, in milliseconds on the clock of the stamps.
     pub shown_ms: f64,
+    /// When it was due at the projector, on the same clock.
+    pub due_ms: f64,
     /// White, or black.
     pub white: bool,
 }
@@ -72,6 +74,7 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
         uncertainty_ms: fit.uncertainty(best, Axis::Jitter),
     };
     let seen = changes.iter().map(|change| &change.frames[..]);
+    let late = flashes.iter().map(|flash| flash.shown_ms - flash.due_ms);
     Some(Timing {
         latency: Estimate {
             ms: best.latency(),
@@ -92,6 +95,7 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
         },
         frame_ms,
         settling: Settling::of_changes(seen, (best.middle, frame_ms), jitter),
+        delay: Delay::of(late.collect()),
     })
 }
 

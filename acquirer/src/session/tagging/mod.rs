@@ -7,8 +7,10 @@
 //! - [`Look`]: what is kept of a frame, in horizontal bands, and how two frames compare (`look`).
 //! - [`FrameKind`]: which frames show one pattern all over, by comparing neighbours (`runs`).
 //! - [`tag_frames`]: which pattern that is: the order of the sequence, then the times (`align`); frames beside a change
-//!   only if their neighbours' light can be ruled out (`ends`).
+//!   only if their neighbours' light can be ruled out (`ends`), frames between two mixed ones if the clocks vouch for them
+//!   and are right wherever the frames themselves tell.
 //! - [`outstanding_order`]: in which order colours are best shown, [`begin_seen`]: which view may be first (`order`).
+//! - [`Timing::begin_ms`]: when a sequence is best begun (`phase`).
 //! - [`find_timing`]: latency, jitter, read-out and exposure from black and white flashes (`flash`).
 //!
 //! # Conventions
@@ -29,6 +31,8 @@ mod settling;
 
 mod timing;
 
+mod phase;
+
 mod flash;
 
 mod order;
@@ -37,6 +41,7 @@ pub use align::{Alignment, Tag, tag_frames};
 pub use flash::{Flash, find_timing};
 pub use look::{BANDS, Band, Look, LookNoise, NoiseLaw};
 pub use order::{begin_seen, outstanding_order};
+pub use phase::Delay;
 pub use runs::{FrameKind, Seen};
 pub use settling::Settling;
-pub use timing::{Estimate, Timing, whole_holds_ms};
+pub use timing::{Estimate, Timing};

@@ -23,6 +23,10 @@ const MOST_JITTER_FRAMES: f64 = 0.5;
 /// largest jitter that may be: that fifteen changes of sixteen flashes all stay in one half of it is one case in 30 000.
 const MISS_MS: f64 = 2.0;
 const JITTER_SHARE: f64 = 0.5;
+/// A time between two frames longer than this many frames hides one.
+const GAP_FRAMES: f64 = 1.5;
+/// Share of the changes that must have been watched for the clocks to vouch for frames against their look.
+const LEAST_WATCHED: f64 = 0.9;
 /// Longest hold that is thought of, in frames.
 const MOST_HELD: usize = 8;
 
@@ -37,6 +41,8 @@ pub struct Settling {
     pub hold_frames: usize,
     /// Most frames of one change that were neither old nor new.
     pub most_mixed: usize,
+    /// Hardly a change fell beside a frame that was lost or given twice: nothing was missed.
+    pub watched: bool,
 }
 
 /// A frame near a flash: its time since that was shown, and the share of the new light in each band.
@@ -82,6 +88,7 @@ impl Settling {
             new_from_ms: new_from + margin,
             hold_frames: 2,
             most_mixed: mixed.max().unwrap_or(0),
+            watched: watched_share(changes.clone(), middle, frame_ms) >= LEAST_WATCHED,
         };
         let phases = changes.filter_map(|frames| frames.first().map(|frame| frame.0));
         settling.hold_frames = settling.best_hold(&phases.collect::<Vec<_>>(), frame_ms);
@@ -104,6 +111,21 @@ impl Settling {
         let best = holds.min_by(|&a, &b| took(a).total_cmp(&took(b)));
         best.unwrap_or(MOST_HELD)
     }
+}
+
+/// Share of the changes whose middle lies between two frames that follow each other.
+fn watched_share<'a>(
+    changes: impl Iterator<Item = &'a [SinceFlash]> + Clone,
+    middle: f64,
+    frame_ms: f64,
+) -> f64 {
+    let is_watched = |frames: &&[SinceFlash]| {
+        let after = frames.partition_point(|frame| frame.0 < middle);
+        let pair = after.checked_sub(1).zip(frames.get(after));
+        pair.is_some_and(|(before, next)| next.0 - frames[before].0 <= GAP_FRAMES * frame_ms)
+    };
+    let watched = changes.clone().filter(is_watched).count();
+    watched as f64 / changes.count().max(1) as f64
 }
 
 fn known(shares: &[Option<f64>]) -> impl Iterator<Item = f64> + '_ {

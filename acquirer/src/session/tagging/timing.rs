@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{BANDS, Settling};
+use super::{BANDS, Delay, Settling};
 
 /// Share of a frame by which stamps and the projector's refreshes miss a hold. Where the rates are locked and no change
 /// spoils two frames, the flashes bound a change by a frame, hardly closer: without this chance would decide whether two
@@ -50,6 +50,8 @@ pub struct Timing {
     pub frame_ms: f64,
     /// What the flashes show of it directly, if they tell enough.
     pub settling: Option<Settling>,
+    /// How late the projector shows what is due, if that was seen.
+    pub delay: Option<Delay>,
 }
 
 impl Timing {
@@ -74,8 +76,9 @@ impl Timing {
     }
 
     /// Camera frames for which a pattern is held so that `whole` frames show nothing else: 2 for one frame when
-    /// exposure, read-out and jitter together last no longer than a frame, or when the flashes spoilt one each; more
-    /// otherwise. Of several whole frames the inner ones are told by their neighbours, whatever the clocks say.
+    /// exposure, read-out and jitter together last no longer than a frame, when the flashes spoilt one each, or when
+    /// changes can be kept between the frames that are wanted ([`Timing::begin_ms`]); more otherwise. Of several whole
+    /// frames the inner ones are told by their neighbours, whatever the clocks say.
     #[must_use]
     pub fn hold_frames(&self, whole: usize) -> usize {
         let modelled = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
@@ -84,7 +87,8 @@ impl Timing {
             Some(seen) => modelled.min(seen.hold_frames),
             None => modelled,
         };
-        least.max(2) + whole.max(1) - 1
+        let in_phase = self.hold_frames_in_phase().unwrap_or(least);
+        least.min(in_phase).max(2) + whole.max(1) - 1
     }
 
     /// Whether the clocks vouch that a frame shows one pattern only, stamped so long after that was shown, and so long
@@ -111,29 +115,5 @@ impl Timing {
     #[must_use]
     pub fn settled_ms(&self) -> f64 {
         self.latency.at_most() + self.jitter.at_most() / 2.0 + self.exposure.at_most()
-    }
-}
-
-/// Times in whole milliseconds, as the wire takes them, never shorter than those given. They are rounded up one by one:
-/// rounding to and fro would move changes that fall near a refresh of the projector before it and behind it in turn, and
-/// some would be a whole refresh shorter than asked for.
-#[must_use]
-pub fn whole_holds_ms(holds_ms: &[f64]) -> Vec<u32> {
-    let whole = holds_ms.iter().map(|hold| hold.max(1.0).ceil() as u32); // too large a number gives the largest
-    whole.collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_hold_is_cut_and_equal_ones_stay_equal() {
-        let holds = whole_holds_ms(&[2000.0 / 29.97; 60]);
-        assert_eq!(holds, [67; 60]);
-        assert_eq!(
-            whole_holds_ms(&[0.0, 50.0, f64::INFINITY]),
-            [1, 50, u32::MAX]
-        );
     }
 }

@@ -175,10 +175,15 @@ fn a_sequence_is_begun_so_that_frames_come_where_the_clocks_vouch_for_them() {
             });
             assert!(vouched.count() > 0, "{begin_ms}, {late_ms} ms late");
         }
-        // where several frames are wanted, changes fall half a frame from there
-        let between_ms = timing.begin_ms(earliest_ms, stamp_ms, 2);
-        let apart = (begin_ms - between_ms).rem_euclid(FRAME_MS);
-        assert!((apart - FRAME_MS / 2.0).abs() < 1e-6, "{apart}");
+        // where several frames are wanted, changes that fit between two frames fall there: half a frame away
+        for (change_ms, expected) in [(20.0, FRAME_MS / 2.0), (40.0, 0.0)] {
+            let mut timing = timing;
+            timing.change.ms = change_ms;
+            let one = timing.begin_ms(earliest_ms, stamp_ms, 1);
+            let several = timing.begin_ms(earliest_ms, stamp_ms, 2);
+            let apart = (one - several).rem_euclid(FRAME_MS);
+            assert!((apart - expected).abs() < 1e-6, "{apart} for {change_ms}");
+        }
     }
     let unknown = vouching(None).begin_ms(1000.0, 990.0, 1);
     assert!((unknown - 1000.0).abs() < 1e-9, "at once: {unknown}");

@@ -75,7 +75,8 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
     };
     let seen = changes.iter().map(|change| &change.frames[..]);
     let late = flashes.iter().map(|flash| flash.shown_ms - flash.due_ms);
-    Some(Timing {
+    let settling = Settling::of_changes(seen, (best.middle, frame_ms), jitter);
+    let mut timing = Timing {
         latency: Estimate {
             ms: best.latency(),
             uncertainty_ms: middle.hypot(readout / 2.0).hypot(exposure / 2.0),
@@ -94,9 +95,11 @@ pub fn find_timing(flashes: &[Flash], frames: &[Shares], frame_ms: f64) -> Optio
             uncertainty_ms: fit.longest_change(best) - change,
         },
         frame_ms,
-        settling: Settling::of_changes(seen, (best.middle, frame_ms), jitter),
+        settling,
         delay: Delay::of(late.collect()),
-    })
+    };
+    timing.settling = settling.map(|seen| seen.tightened(&timing));
+    Some(timing)
 }
 
 /// The delay at which frames and flashes agree best.

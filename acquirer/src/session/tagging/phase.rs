@@ -52,8 +52,8 @@ impl Timing {
 
     /// When the first picture of a sequence is best due, in milliseconds: not before `earliest_ms`, where frames are
     /// stamped at `stamp_ms` and every frame time before and after. A frame is put into the middle of the time in which
-    /// the clocks vouch for it; or a change between two frames, where more than one `whole` frame of each picture
-    /// is wanted or the camera loses frames: so most frames are whole, and several are told by each other.
+    /// the clocks vouch for it; or a change between two frames, if it is shorter and more than one `whole` frame of each
+    /// picture is wanted or the camera loses frames: so most frames are whole, and several are told by each other.
     #[must_use]
     pub fn begin_ms(&self, earliest_ms: f64, stamp_ms: f64, whole: usize) -> f64 {
         let Some((settling, delay)) = self.settling.zip(self.delay) else {
@@ -61,12 +61,12 @@ impl Timing {
         };
         let held = self.hold_frames(1) as f64 * self.frame_ms;
         let vouched = f64::midpoint(settling.new_from_ms, held + settling.old_until_ms);
-        let frame_ms = if whole > 1 || !settling.watched {
+        let since_shown = if (whole > 1 || !settling.watched) && self.change.ms < self.frame_ms {
             vouched + 0.5 * self.frame_ms
         } else {
             vouched
         };
-        let best = stamp_ms - frame_ms - f64::midpoint(delay.least_ms, delay.most_ms);
+        let best = stamp_ms - since_shown - f64::midpoint(delay.least_ms, delay.most_ms);
         best + ((earliest_ms - best) / self.frame_ms).ceil() * self.frame_ms
     }
 }

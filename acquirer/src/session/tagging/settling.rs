@@ -1,14 +1,14 @@
 //! From when on frames are whole after a change, straight from the flashes: what the clocks can vouch for.
 //!
 //! Takes the frames around each flash, gives the last time since a flash at which frames were still as before it, and the
-//! first at which they were all new. Nothing is modelled, so it holds for the phases that the flashes had, and they are
-//! those of every later change where the projector's rate and the camera's are locked: there exposure and
-//! read-out may stay unknown, since no flash falls into them, and it does no harm. It fails quietly when jitter grows after
-//! the flashes; what frames look like is asked as well.
+//! first at which they were all new. Nothing is modelled there, so it holds for the phases that the flashes had, and they
+//! are those of every later change where the projector's rate and the camera's are locked: there exposure and read-out may
+//! stay unknown, since no flash falls into them, and it does no harm. Where they are known and the phases were few, they
+//! say it closer. It fails quietly when jitter grows after the flashes; what frames look like is asked as well.
 
 use serde::Serialize;
 
-use super::Estimate;
+use super::{Estimate, Timing};
 
 /// Share of the new light in every band of a frame that is new, less this, and of one that is old, at most: what noise
 /// and a camera's own curve can make of none.
@@ -18,14 +18,14 @@ const LEAST_JUDGED: f64 = 0.5;
 /// Frames further from the change than this many frame times are not needed.
 const REACH_FRAMES: f64 = 3.0;
 /// Where the latency spreads over more than this share of a frame, sixteen flashes say too little.
-const MOST_JITTER_FRAMES: f64 = 0.5;
+const MOST_JITTER_FRAMES: f64 = 0.8;
 /// What stamps and clocks miss, in milliseconds, and how much further than seen the latency may spread, as a share of the
 /// largest jitter that may be: that fifteen changes of sixteen flashes all stay in one half of it is one case in 30 000.
 const MISS_MS: f64 = 2.0;
 const JITTER_SHARE: f64 = 0.5;
 /// A time between two frames longer than this many frames hides one.
 const GAP_FRAMES: f64 = 1.5;
-/// Share of the changes that must have been watched for the clocks to vouch for frames against their look.
+/// Share of the changes that must have been watched for the clocks to vouch for frames.
 const LEAST_WATCHED: f64 = 0.9;
 /// Longest hold that is thought of, in frames.
 const MOST_HELD: usize = 8;
@@ -41,7 +41,8 @@ pub struct Settling {
     pub hold_frames: usize,
     /// Most frames of one change that were neither old nor new.
     pub most_mixed: usize,
-    /// Hardly a change fell beside a frame that was lost or given twice: nothing was missed.
+    /// Hardly a change fell beside a frame that was lost or given twice. Otherwise too few changes were seen to tell how far
+    /// they spread, and the clocks vouch for nothing.
     pub watched: bool,
 }
 
@@ -93,6 +94,19 @@ impl Settling {
         let phases = changes.filter_map(|frames| frames.first().map(|frame| frame.0));
         settling.hold_frames = settling.best_hold(&phases.collect::<Vec<_>>(), frame_ms);
         Some(settling)
+    }
+
+    /// With what the measured times say of it where that is closer: the flashes' phases may have been few.
+    pub(super) fn tightened(mut self, timing: &Timing) -> Self {
+        if self.watched {
+            let spread = MISS_MS + (0.5 + JITTER_SHARE) * timing.jitter.at_most();
+            let new_from = timing.latency.at_most() + timing.exposure.at_most() + spread;
+            let latency = timing.latency.ms - timing.latency.uncertainty_ms;
+            let old_until = latency - timing.readout.at_most() - spread;
+            self.new_from_ms = self.new_from_ms.min(new_from);
+            self.old_until_ms = self.old_until_ms.max(old_until);
+        }
+        self
     }
 
     /// The hold that takes the least time on average, where frames come at times since a change like these.

@@ -84,8 +84,8 @@ impl Timing {
         let modelled = (self.least_hold_ms() / self.frame_ms).ceil() as usize;
         let least = match self.settling {
             Some(seen) if whole > 1 => modelled.min(seen.most_mixed + 1),
-            Some(seen) => modelled.min(seen.hold_frames),
-            None => modelled,
+            Some(seen) if seen.watched => modelled.min(seen.hold_frames),
+            _ => modelled,
         };
         let in_phase = self.hold_frames_in_phase().unwrap_or(least);
         least.min(in_phase).max(2) + whole.max(1) - 1
@@ -95,7 +95,8 @@ impl Timing {
     /// after the next one was, in milliseconds.
     #[must_use]
     pub fn is_settled(&self, since_ms: Option<f64>, since_next_ms: Option<f64>) -> bool {
-        self.settling.is_some_and(|seen| {
+        let watched = self.settling.filter(|seen| seen.watched);
+        watched.is_some_and(|seen| {
             since_ms.is_none_or(|since| since >= seen.new_from_ms)
                 && since_next_ms.is_none_or(|since| since <= seen.old_until_ms)
         })

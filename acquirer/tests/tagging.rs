@@ -189,8 +189,8 @@ fn a_sequence_is_begun_so_that_frames_come_where_the_clocks_vouch_for_them() {
     assert!((unknown - 1000.0).abs() < 1e-9, "at once: {unknown}");
 }
 
-/// Frames of colours held for two frames each, the first of them half the colour before, and when the projector said that each was shown;
-/// black is up before.
+/// Frames of colours held for two frames each, the first of them half the colour before, and when the projector said that
+/// each was shown; black is up before.
 fn mixed_and_whole(colours: &[[f32; 3]]) -> (Vec<Seen>, Vec<f64>) {
     let mut frames = vec![frame(0, whole(BLACK)), frame(1, whole(BLACK))];
     let mut before = BLACK;

@@ -141,8 +141,13 @@ fn a_sequence_begins_when_the_projectors_clock_says_so() {
     client.ask(begin_at(begin_ns + 59_000_000_000));
     client.show(View::Black);
     client.ask(begin_at(1));
-    let white = |notice: &ServerMessage| matches!(notice, ServerMessage::Shown(shown) if shown.pattern == Pattern::WHITE);
-    while !client.next().as_ref().is_some_and(white) {}
+    loop {
+        if let Some(ServerMessage::Shown(shown)) = client.next()
+            && shown.pattern == Pattern::WHITE
+        {
+            break;
+        }
+    }
 }
 
 #[test]

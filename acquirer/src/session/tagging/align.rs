@@ -117,7 +117,7 @@ pub fn tag_frames(
         .iter()
         .filter(|label| label.is_some_and(|k| k > 0))
         .count();
-    if changes >= LEAST_CHANGES && timing.settling.is_some_and(|seen| seen.watched) {
+    if changes >= LEAST_CHANGES {
         let vouched = problem.vouched(frames, &kinds, &labels, offset_ms);
         for (frame, pattern) in vouched.unwrap_or_default() {
             tags[frame] = Tag::Shows(pattern);

@@ -43,8 +43,7 @@ impl Timing {
     /// For how many frames a picture must be held so that the clocks vouch for one of them, in a sequence begun at
     /// [`Timing::begin_ms`]; `None` when the flashes do not tell.
     pub(super) fn hold_frames_in_phase(&self) -> Option<usize> {
-        let settling = self.settling.filter(|seen| seen.watched)?;
-        let delay = self.delay?;
+        let (settling, delay) = self.vouching().zip(self.delay)?;
         let change = settling.new_from_ms - settling.old_until_ms;
         let longest = change + delay.most_ms - delay.least_ms;
         Some((longest / self.frame_ms).ceil() as usize)

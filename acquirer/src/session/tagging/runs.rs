@@ -11,7 +11,7 @@ use super::{Look, LookNoise};
 /// Frames before one that are looked at for the same picture: as many as drivers keep buffers.
 const BUFFERS: usize = 8;
 /// A gap between stamps longer than this many frames hides a frame.
-const GAP_FRAMES: f64 = 1.5;
+pub(super) const GAP_FRAMES: f64 = 1.5;
 
 /// A frame and when it was taken.
 #[derive(Debug, Clone, PartialEq)]

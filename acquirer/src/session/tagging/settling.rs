@@ -8,7 +8,7 @@
 
 use serde::Serialize;
 
-use super::{Estimate, Timing};
+use super::{Estimate, Timing, runs::GAP_FRAMES};
 
 /// Share of the new light in every band of a frame that is new, less this, and of one that is old, at most: what noise
 /// and a camera's own curve can make of none.
@@ -23,8 +23,6 @@ const MOST_JITTER_FRAMES: f64 = 0.8;
 /// largest jitter that may be: that fifteen changes of sixteen flashes all stay in one half of it is one case in 30 000.
 const MISS_MS: f64 = 2.0;
 const JITTER_SHARE: f64 = 0.5;
-/// A time between two frames longer than this many frames hides one.
-const GAP_FRAMES: f64 = 1.5;
 /// Share of the changes that must have been watched for the clocks to vouch for frames.
 const LEAST_WATCHED: f64 = 0.9;
 /// Longest hold that is thought of, in frames.

@@ -91,12 +91,16 @@ impl Timing {
         least.min(in_phase).max(2) + whole.max(1) - 1
     }
 
+    /// What the flashes show, where they were watched so well that the clocks can vouch for frames.
+    pub(super) fn vouching(&self) -> Option<Settling> {
+        self.settling.filter(|seen| seen.watched)
+    }
+
     /// Whether the clocks vouch that a frame shows one pattern only, stamped so long after that was shown, and so long
     /// after the next one was, in milliseconds.
     #[must_use]
     pub fn is_settled(&self, since_ms: Option<f64>, since_next_ms: Option<f64>) -> bool {
-        let watched = self.settling.filter(|seen| seen.watched);
-        watched.is_some_and(|seen| {
+        self.vouching().is_some_and(|seen| {
             since_ms.is_none_or(|since| since >= seen.new_from_ms)
                 && since_next_ms.is_none_or(|since| since <= seen.old_until_ms)
         })
